@@ -1,0 +1,42 @@
+# umbriel_module(NAME FOLDER [DEPS ...] [LIBS ...])
+#
+# One static library per folder, made of every .cpp in it: target umbriel_NAME. DEPS are other modules and state
+# the dependency direction of docs/architecture.md; tests/structure reads the includes and holds us to it.
+function(umbriel_module name folder)
+  cmake_parse_arguments(ARG "" "" "DEPS;LIBS" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
+  if(sources)
+    add_library(umbriel_${name} STATIC ${sources})
+    set(scope PUBLIC)
+  else()
+    add_library(umbriel_${name} INTERFACE)
+    set(scope INTERFACE)
+  endif()
+  target_include_directories(umbriel_${name} ${scope} ${CMAKE_SOURCE_DIR})
+  foreach(dep IN LISTS ARG_DEPS)
+    target_link_libraries(umbriel_${name} ${scope} umbriel_${dep})
+  endforeach()
+  target_link_libraries(umbriel_${name} ${scope} ${ARG_LIBS})
+endfunction()
+
+# umbriel_test(NAME FOLDER [DEPS ...] [LIBS ...] [LABELS ...] [TIMEOUT s])
+#
+# One GoogleTest program per folder, made of every .cpp in it; each test is a ctest test under a watchdog.
+function(umbriel_test name folder)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "DEPS;LIBS;LABELS;ENVIRONMENT" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 60)
+  endif()
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
+  if(NOT sources)
+    return()
+  endif()
+  add_executable(${name} ${sources})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  foreach(dep IN LISTS ARG_DEPS)
+    target_link_libraries(${name} PRIVATE umbriel_${dep})
+  endforeach()
+  target_link_libraries(${name} PRIVATE ${ARG_LIBS} GTest::gtest_main rapidcheck rapidcheck_gtest)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
+    PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}" ENVIRONMENT "${ARG_ENVIRONMENT}")
+endfunction()
