@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "common/scene/aspect.h"
+
+namespace umbriel {
+
+// A digest of an aspect's state that does not depend on how the state came about: the sum, modulo 2^64, of
+// XXH3(container, field, block, value) over 1 KiB blocks of field values, so it is equal after a snapshot and after
+// any sequence of change lists that lead to the same graph, and costs what changed. Client and servers compare it every
+// frame. Containers of types that are not shipped do not count.
+class StateDigest {
+   public:
+    static constexpr std::size_t kBlockBytes = 1024;
+
+    // Follows a change list that was just committed by, or applied to, the aspect.
+    void update(const ChangeList& changes, const Aspect& aspect);
+
+    std::uint64_t total() const { return _total; }
+    // To name the first difference when totals disagree. 0 for what does not exist.
+    std::uint64_t ofContainer(ContainerId id) const;
+    std::uint64_t ofField(ContainerId id, std::uint32_t field) const;
+    // Every container with its digest, ascending by id.
+    std::vector<std::pair<ContainerId, std::uint64_t>> containers() const;
+
+   private:
+    struct Entry {
+        std::uint64_t sum = 0;                           // of all blocks, and of existence itself
+        std::vector<std::vector<std::uint64_t>> blocks;  // [field][block]
+    };
+    std::unordered_map<ContainerId, Entry> _entries;
+    std::uint64_t _total = 0;
+};
+
+}  // namespace umbriel

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/base/assert.h"
+#include "common/scene/element_kind.h"
+
+namespace umbriel {
+
+// A sequence of equal-sized elements in refcounted chunks of at most 16 KiB, copied on write. Copying one costs a
+// pointer per chunk, so a second aspect of a scene shares its data, and changing one vertex of a million copies one
+// chunk. Chunks are immutable while shared: reading needs no lock.
+class MultiStorage {
+   public:
+    static constexpr std::size_t kChunkBytes = 16 * 1024;
+
+    explicit MultiStorage(std::uint32_t elementSize);
+
+    std::uint32_t elementSize() const { return _elementSize; }
+    std::size_t size() const { return _size; }
+    std::size_t byteSize() const { return _size * _elementSize; }
+    std::size_t elementsPerChunk() const { return kChunkBytes / _elementSize; }
+    std::size_t chunkCount() const { return _chunks.size(); }
+    // The elements of one chunk; the last one may be shorter.
+    std::span<const std::byte> chunk(std::size_t index) const;
+    // True when both hold the very same chunk in memory (tests and benchmarks of sharing).
+    bool sharesChunk(std::size_t index, const MultiStorage& other) const;
+
+    const std::byte* element(std::size_t index) const {
+        UMBRIEL_ASSERT(index < _size, "element index out of range");
+        return _chunks[index / elementsPerChunk()]->data() + (index % elementsPerChunk()) * _elementSize;
+    }
+    // Copies elements [first, first + bytes/elementSize) out.
+    void read(std::size_t first, std::span<std::byte> bytes) const;
+
+    // New elements are zero bytes.
+    void resize(std::size_t size);
+    // Overwrites elements from first on; must fit.
+    void write(std::size_t first, std::span<const std::byte> bytes);
+    // Makes elements [first, first + count) equal to those of source, sharing whole chunks where both agree on borders.
+    void copyFrom(const MultiStorage& source, std::size_t first, std::size_t count);
+
+    // Same elements, bit for bit; shared chunks compare by address.
+    bool equals(const MultiStorage& other) const;
+
+   private:
+    using Chunk = std::vector<std::byte>;
+    std::byte* writable(std::size_t chunk);
+
+    std::uint32_t _elementSize;
+    std::size_t _size = 0;
+    std::vector<std::shared_ptr<Chunk>> _chunks;
+};
+
+// A multi field of a container: read here, written through an Edit (aspect.h).
+template <class T>
+class Multi {
+    static_assert(std::is_trivially_copyable_v<T> && !std::is_same_v<T, bool>, "multi fields hold plain fixed-size values");
+
+   public:
+    using Element = T;
+
+    Multi() : _storage(sizeof(T)) {}
+
+    std::size_t size() const { return _storage.size(); }
+    bool empty() const { return size() == 0; }
+    T operator[](std::size_t index) const {
+        T value;
+        std::memcpy(&value, _storage.element(index), sizeof(T));
+        return value;
+    }
+    // Everything, as one contiguous copy.
+    std::vector<T> toVector() const {
+        std::vector<T> values(size());
+        _storage.read(0, std::as_writable_bytes(std::span(values)));
+        return values;
+    }
+    const MultiStorage& storage() const { return _storage; }
+
+   private:
+    template <class>
+    friend class Edit;
+    friend struct FieldAccess;
+    MultiStorage _storage;
+};
+
+// A single field of a container: reads like its value, written through an Edit (aspect.h).
+template <class T>
+class Single {
+   public:
+    using Element = T;
+
+    Single() = default;
+    Single(T initial) : _value(std::move(initial)) {}
+
+    const T& get() const { return _value; }
+    operator const T&() const { return _value; }
+    const T* operator->() const { return &_value; }
+
+   private:
+    template <class>
+    friend class Edit;
+    friend struct FieldAccess;
+    T _value{};
+};
+
+}  // namespace umbriel

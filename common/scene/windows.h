@@ -1,0 +1,127 @@
+#pragma once
+
+#include "common/scene/cameras.h"
+#include "common/scene/materials.h"
+
+namespace umbriel {
+
+// The names and order are those of the shadow modules in docs/shadows.md; a mode that this version does not have is
+// refused by the client with a message.
+enum class ShadowMode : std::uint32_t {
+    None, Standard, Perspective, LightSpacePerspective, Trapezoid, PercentageCloser, PercentageCloserSoft, Planar,
+    PlanarStencil, VolumeZPass, VolumeZFail, Blob, LightMap, DualParaboloid, Cube, VisibilityMap
+};
+template <> inline constexpr std::uint32_t kEnumCount<ShadowMode> = 16;
+
+// How the maps of a viewport are fitted: to everything any tile or eye sees (union), to the whole scene, or per view.
+enum class ShadowFitMode : std::uint32_t { Union, Scene, PerView };
+template <> inline constexpr std::uint32_t kEnumCount<ShadowFitMode> = 3;
+
+struct ColourBackground : Container {
+    static constexpr std::string_view kTypeName = "ColourBackground";
+    Single<glm::vec4> colour{glm::vec4(0.0f)};  // linear, associated alpha
+
+    static void declare(TypeBuilder<ColourBackground>& type) { type.field<&ColourBackground::colour>("colour"); }
+};
+
+// From bottom to top of the viewport, in whole-wall coordinates.
+struct GradientBackground : Container {
+    static constexpr std::string_view kTypeName = "GradientBackground";
+    Single<glm::vec4> bottom{glm::vec4(0.0f)};
+    Single<glm::vec4> top{glm::vec4(0.0f)};
+
+    static void declare(TypeBuilder<GradientBackground>& type) {
+        type.field<&GradientBackground::bottom>("bottom");
+        type.field<&GradientBackground::top>("top");
+    }
+};
+
+// Stretched over the viewport.
+struct ImageBackground : Container {
+    static constexpr std::string_view kTypeName = "ImageBackground";
+    Single<Ref<Image>> image;  // sRGB
+
+    static void declare(TypeBuilder<ImageBackground>& type) { type.field<&ImageBackground::image>("image"); }
+};
+
+// A picture over everything, after shadows and filters, placed in wall coordinates: the lower left corner, relative to
+// the viewport when <= 1, in pixels above; its size in pixels.
+struct ImageForeground : Container {
+    static constexpr std::string_view kTypeName = "ImageForeground";
+    Single<Ref<Image>> image;  // sRGB, straight alpha
+    Single<glm::vec2> lowerLeft;
+    Single<glm::vec2> size{glm::vec2(64.0f)};
+
+    static void declare(TypeBuilder<ImageForeground>& type) {
+        type.field<&ImageForeground::image>("image");
+        type.field<&ImageForeground::lowerLeft>("lowerLeft");
+        type.field<&ImageForeground::size>("size");
+    }
+};
+
+// A line of text (printable ASCII), over everything, in wall coordinates as ImageForeground.
+struct TextForeground : Container {
+    static constexpr std::string_view kTypeName = "TextForeground";
+    Single<std::string> text;
+    Single<glm::vec2> lowerLeft;
+    Single<float> height{16.0f};               // pixels of a line
+    Single<glm::vec4> colour{glm::vec4(1.0f)};  // linear, straight alpha
+
+    static void declare(TypeBuilder<TextForeground>& type) {
+        type.field<&TextForeground::text>("text");
+        type.field<&TextForeground::lowerLeft>("lowerLeft");
+        type.field<&TextForeground::height>("height");
+        type.field<&TextForeground::colour>("colour");
+    }
+};
+
+// A part of the window with its own camera, scene root, background and shadows. Corners are relative to the window when
+// <= 1, in pixels above; (0,0) is the lower left. Shadow parameters bear the names of spec "the shadow viewport".
+struct Viewport : Container {
+    static constexpr std::string_view kTypeName = "Viewport";
+    Single<glm::vec2> lowerLeft;
+    Single<glm::vec2> upperRight{glm::vec2(1.0f)};
+    Single<bool> passive{false};  // true: draws nothing
+    Single<Ref<Node>> root;
+    Single<Ref<Container>> camera;
+    Single<Ref<Container>> background;
+    Multi<Ref<Container>> foregrounds;  // drawn in this order
+    Single<ShadowMode> shadowMode{ShadowMode::None};
+    Single<bool> shadowOn{true};
+    Single<ShadowFitMode> shadowFit{ShadowFitMode::Union};
+    Single<std::uint32_t> mapSize{512u};   // texels; 0: the largest power of two within the wall
+    Single<float> offFactor{-1.0f};        // slope bias; negative: automatic
+    Single<float> offBias{-1.0f};          // constant bias in texels; negative: automatic
+    Single<glm::vec3> shadowColor;         // 0: physical
+    Multi<Ref<Node>> lightNodes;           // none: all lights found below root
+    Multi<Ref<Node>> excludeNodes;         // cast no shadow
+
+    static void declare(TypeBuilder<Viewport>& type) {
+        type.field<&Viewport::lowerLeft>("lowerLeft");
+        type.field<&Viewport::upperRight>("upperRight");
+        type.field<&Viewport::passive>("passive");
+        type.field<&Viewport::root>("root");
+        type.field<&Viewport::camera>("camera");
+        type.field<&Viewport::background>("background");
+        type.field<&Viewport::foregrounds>("foregrounds");
+        type.field<&Viewport::shadowMode>("shadowMode");
+        type.field<&Viewport::shadowOn>("shadowOn");
+        type.field<&Viewport::shadowFit>("shadowFit");
+        type.field<&Viewport::mapSize>("mapSize");
+        type.field<&Viewport::offFactor>("offFactor");
+        type.field<&Viewport::offBias>("offBias");
+        type.field<&Viewport::shadowColor>("shadowColor");
+        type.field<&Viewport::lightNodes>("lightNodes");
+        type.field<&Viewport::excludeNodes>("excludeNodes");
+    }
+};
+
+// What the wall shows: its viewports, later ones over earlier ones.
+struct Window : Container {
+    static constexpr std::string_view kTypeName = "Window";
+    Multi<Ref<Viewport>> viewports;
+
+    static void declare(TypeBuilder<Window>& type) { type.field<&Window::viewports>("viewports"); }
+};
+
+}  // namespace umbriel
