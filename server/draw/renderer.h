@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/result.h"
+#include "common/scene/aspect.h"
+#include "common/wall/tile_pixels.h"
+#include "common/wall/view.h"
+
+namespace umbriel {
+
+namespace gl {
+class HeadlessContext;
+}
+
+struct DrawStatistics {
+    double drawMilliseconds = 0.0;       // from the first command until the frame is finished
+    std::uint64_t triangles = 0;         // handed to GL in all passes of all tiles
+    std::uint64_t shadowTriangles = 0;   // of these, in shadow passes
+    float nearestDepth = 0.0f;           // of what is visible in the tiles, metres; 0 when nothing is
+    float farthestDepth = 0.0f;
+};
+
+// Draws an aspect's scene into this server's tiles. Lives on the thread that has the context.
+class Renderer {
+   public:
+    struct Options {
+        std::size_t textureBudgetBytes = std::size_t{4} << 30;
+    };
+    static Result<std::unique_ptr<Renderer>> create(gl::HeadlessContext& context, const Options& options);
+    virtual ~Renderer() = default;
+
+    // Follows a change list that was just applied to the aspect this renderer draws.
+    virtual void sceneChanged(const ChangeList& changes, const Aspect& scene) = 0;
+
+    // Draws all tiles; returns when the GL has finished. time: seconds of the frame.
+    virtual Result<DrawStatistics> draw(const Aspect& scene, const WallViews& views,
+                                        std::span<const TileAssignment> tiles, double time) = 0;
+
+    // The tiles of the last draw, with the layers its views asked for.
+    virtual Result<std::vector<TilePixels>> readTiles() = 0;
+
+    // The frame plan of the last draw, for people: features, shader variants, passes with their reach, targets and bytes.
+    virtual std::string explain() const = 0;
+};
+
+}  // namespace umbriel
