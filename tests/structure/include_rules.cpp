@@ -35,12 +35,13 @@ constexpr std::array kModules{
                "common/base common/math common/scene common/wall common/visibility common/image common/trace "
                "common/wire common/protocol"},
 
-    // import, session, bake, trade <- app
+    // import, session, bake, trade <- app <- main
     ModuleRule{"client/import", "common/*"},
     ModuleRule{"client/session", "common/*"},
     ModuleRule{"client/bake", "common/*"},
     ModuleRule{"client/trade", "common/*"},
-    ModuleRule{"client/app", "common/* client/*"},
+    ModuleRule{"client/app", "common/* client/import client/session client/bake client/trade"},
+    ModuleRule{"client/main", "common/* client/*"},
 
     // gl <- shadow, light <- draw <- session <- app, and bake beside drawing
     ModuleRule{"server/gl", "common/* shaders"},
@@ -68,7 +69,7 @@ constexpr std::array kLibraries{
                 "everything else works, and is tested, without a context"},
     LibraryRule{"Asio", "boost/asio asio.hpp asio/", "common/net/asio_",
                 "protocol code is a state machine fed with bytes and time"},
-    LibraryRule{"CLI11", "CLI/", "client/app/ server/app/", "options belong to the programs"},
+    LibraryRule{"CLI11", "CLI/", "client/main/ server/app/", "options belong to the programs"},
     LibraryRule{"spdlog", "spdlog/", "common/base/log.cpp", "common/base/log.h is the way to log"},
 };
 

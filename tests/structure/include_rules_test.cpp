@@ -53,7 +53,8 @@ TEST(Includes, TableHasNoCircle) {
 }
 
 TEST(Includes, ClientAndServerNeverKnowEachOther) {
-    for (const char* client : {"client/import", "client/session", "client/bake", "client/trade", "client/app"}) {
+    for (const char* client :
+         {"client/import", "client/session", "client/bake", "client/trade", "client/app", "client/main"}) {
         for (const char* server : {"server/gl", "server/shadow", "server/light", "server/draw", "server/bake",
                                    "server/session", "server/app"}) {
             EXPECT_FALSE(mayInclude(client, server)) << client << " -> " << server;
@@ -119,6 +120,7 @@ TEST(Includes, PlantedMistakesAreFound) {
         {"common/net/pump.cpp", "#include <boost/asio/ip/tcp.hpp>\n", "Asio only in"},
         {"common/net/asio_pump.h", "#include <boost/asio.hpp>\n", "too expensive"},
         {"client/session/a.cpp", "#include <CLI/CLI.hpp>\n", "CLI11 only in"},
+        {"client/app/a.cpp", "#include \"client/main/b.h\"\n", "may not include client/main"},
         {"common/scene/a.cpp", "#include <spdlog/spdlog.h>\n", "spdlog only in"},
         {"client/import/a.h", "#include <nlohmann/json.hpp>\n", "too expensive"},
         {"common/newcomer/a.cpp", "", "common/newcomer is no module"},
