@@ -73,10 +73,10 @@ std::string bytesText(std::uint64_t bytes) {
 
 class Planner {
    public:
-    Planner(const WallViews& views, const std::vector<ViewDemand>& demands, const std::vector<TileAssignment>& tiles)
+    Planner(const WallViews& views, const std::vector<ViewDemand>& demands, std::span<const TileAssignment> tiles)
         : _views(views), _demands(demands), _tiles(tiles) {}
 
-    Result<FramePlan> plan(std::int32_t limit) {
+    Result<FramePlan> plan(std::uint32_t factorLights, std::int32_t limit) {
         PixelSize work = largestTile();
         if (_views.tiles == TileMode::Exact) {
             work = _views.wall;
@@ -87,17 +87,13 @@ class Planner {
                     bytesText(std::uint64_t(work.width) * std::uint64_t(work.height) * 20 * _views.samples),
                     _views.samples, limit));
         }
-        std::uint32_t factors = 0;
         for (std::uint32_t i = 0; i < _demands.size(); ++i) planShadows(i);
         addTarget("colour", "RGBA32F", work, 1, _views.samples, 16);
         addTarget("depth", "D32F", work, 1, _views.samples, 4);
-        for (std::uint32_t i = 0; i < _demands.size(); ++i) {
-            planView(i);
-            factors = std::max(factors, _demands[i].lights);
-        }
+        for (std::uint32_t i = 0; i < _demands.size(); ++i) planView(i);
         if (_views.samples > 1) add({PassKind::Resolve, 0, 0, 0, "tile colour", fmt::format("{} samples", _views.samples)});
         addTarget("tile colour", "RGBA32F", largestTile(), static_cast<std::uint32_t>(_tiles.size()), 1, 16);
-        planLayers(work, factors);
+        planLayers(work, factorLights);
         for (const PlannedTarget& target : _plan.targets) _plan.bytes += target.bytes;
         return std::move(_plan);
     }
@@ -167,17 +163,17 @@ class Planner {
         if (_views.samples > 1) addTarget("layer depth", "D32F", work, 1, 1, 4);
         for (std::uint32_t view = 0; view < _demands.size(); ++view) {
             if (countIf(_demands[view], false) == 0) continue;
-            if (!names.empty()) add({PassKind::Layers, view, 0, 0, "layers", names + ", 1 sample"});
+            if (!names.empty()) add({PassKind::Layers, view, kNoFactors, 0, "layers", names + ", 1 sample"});
             if (!factors) continue;
-            for (std::uint32_t first = 0; first < _demands[view].lights; first += kFactorLayersPerPass)
-                add({PassKind::Layers, view, first, 0, "light factors", fmt::format("lights {}..{}", first,
-                     std::min(first + kFactorLayersPerPass, _demands[view].lights) - 1)});
+            for (std::uint32_t first = 0; first < lights; first += kFactorLayersPerPass)
+                add({PassKind::Layers, view, first, 0, "light factors",
+                     fmt::format("lights {}..{}", first, std::min(first + kFactorLayersPerPass, lights) - 1)});
         }
     }
 
     const WallViews& _views;
     const std::vector<ViewDemand>& _demands;
-    const std::vector<TileAssignment>& _tiles;
+    std::span<const TileAssignment> _tiles;
     FramePlan _plan;
 };
 
@@ -223,8 +219,9 @@ std::string FramePlan::explain() const {
 }
 
 Result<FramePlan> planFrame(const WallViews& views, const std::vector<ViewDemand>& demands,
-                            const std::vector<TileAssignment>& tiles, std::int32_t limit) {
-    return Planner(views, demands, tiles).plan(limit);
+                            std::span<const TileAssignment> tiles, std::uint32_t factorLights,
+                            std::int32_t limit) {
+    return Planner(views, demands, tiles).plan(factorLights, limit);
 }
 
 }  // namespace umbriel

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -58,7 +59,7 @@ struct ViewDemand {
     BackgroundKind background = BackgroundKind::None;
     std::uint32_t foregrounds = 0;
     std::map<FeatureSet, std::uint32_t> surfaces;  // draw items by the features of their shader
-    std::uint32_t lights = 0;                      // that reach something, ambient ones included
+    std::uint32_t lights = 0;                      // that are on, ambient ones apart
     struct Shadow {
         std::string light;
         std::uint32_t mapSize = 0;
@@ -80,7 +81,7 @@ struct PlannedTarget {
 struct PlannedPass {
     PassKind kind = PassKind::Surfaces;
     std::uint32_t view = 0;      // index in the demands
-    std::uint32_t shadow = 0;    // ShadowMap: index in the view's shadows
+    std::uint32_t first = 0;     // ShadowMap: index in the view's shadows; Layers: the first light, or kNoFactors
     std::int32_t reach = 0;      // pixels beyond the tile that must be drawn for the tile to be right
     std::string target;          // what it draws into
     std::string detail;
@@ -100,11 +101,14 @@ struct FramePlan {
     std::string explain() const;
 };
 
+// Layers passes without light factors.
+inline constexpr std::uint32_t kNoFactors = 0xffffffffu;
 // Lights beyond the first kFactorLayersPerPass are read in further layer passes: a framebuffer has 8 attachments.
 inline constexpr std::uint32_t kFactorLayersPerPass = 16;
 
-// tiles: of this server. Error: the exact mode needs a target larger than the driver allows (limit: texels a side).
+// tiles: of this server. factorLights: lights of all views together, for the light factors layer. Error: the exact mode needs a target larger than the driver allows (limit: texels a side).
 Result<FramePlan> planFrame(const WallViews& views, const std::vector<ViewDemand>& demands,
-                            const std::vector<TileAssignment>& tiles, std::int32_t limit);
+                            std::span<const TileAssignment> tiles, std::uint32_t factorLights,
+                            std::int32_t limit);
 
 }  // namespace umbriel

@@ -124,7 +124,7 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
         }
         listed[i] = static_cast<std::int32_t>(described->light.index);
         list.lights.push_back(described->light);
-        list.cores.push_back(source.light);
+        list.nodes.push_back(source.node);
         const std::string& name = scene.find(source.light)->name.get();
         list.names.push_back(name.empty() ? std::to_string(source.light.value) : name);
     }

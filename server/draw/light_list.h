@@ -21,7 +21,7 @@ struct LightList {
         FeatureSet features = 0;  // the light kinds among them, Shadows
     };
     std::vector<gpu::GpuLight> lights;
-    std::vector<ContainerId> cores;  // of each light
+    std::vector<ContainerId> nodes;  // of each light
     std::vector<std::string> names;  // of each light: its name, else its id
     std::vector<std::uint32_t> indices;
     std::vector<Run> runs;           // by SceneTree::Item::lightSet
