@@ -210,7 +210,7 @@ LayeredImage readPlanned(Imf::InputFile& file, const ExrPlan& plan) {
                           sliceOf(image.rgba.samples().data(), plan.width, 4, c, plan.window));
         }
     }
-    for (Layer& layer : image.layers) {
+    for (ImageLayer& layer : image.layers) {
         std::visit(
             [&](auto& layerImage) {
                 for (int c = 0; c < layerImage.channelCount(); ++c) {
@@ -264,7 +264,7 @@ Result<void> writeExr(const std::filesystem::path& path, const LayeredImage& ima
         header.compression() = Imf::ZIP_COMPRESSION;
         Imf::FrameBuffer buffer;
         std::optional<std::string> problem = addChannels(image.rgba, "", header, buffer);
-        for (const Layer& layer : image.layers) {
+        for (const ImageLayer& layer : image.layers) {
             UMBRIEL_ASSERT(layer.width() == image.width() && layer.height() == image.height(),
                            "a layer has another size than its picture");
             if (!problem) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/assert.h"
+#include "common/math/pixel_rect.h"
 
 namespace umbriel {
 
@@ -76,7 +77,7 @@ inline FloatImage makeRgbaImage(int width, int height) {
 // A named set of channels beside the colour, for example "depth" (Z), "position" (X, Y, Z), "normal" (X, Y, Z),
 // "ids" (node, primitive; UINT), "light.<name>" (factor). In the file its channels are called `name.channel`; the
 // empty name stands for top-level channels such as a plain `Z`.
-struct Layer {
+struct ImageLayer {
     std::string name;
     std::variant<FloatImage, UintImage> image;
 
@@ -95,7 +96,7 @@ struct Layer {
 // What one picture file holds. Every layer has the size of `rgba`.
 struct LayeredImage {
     FloatImage rgba;                           // always R, G, B, A
-    std::vector<Layer> layers;                 // a reader sorts them by name, FLOAT before UINT
+    std::vector<ImageLayer> layers;                 // a reader sorts them by name, FLOAT before UINT
     std::map<std::string, std::string> texts;  // attributes; must not have the name of one of EXR's own
     std::map<std::string, float> numbers;
 
@@ -109,7 +110,7 @@ struct LayeredImage {
  private:
     template <class Image>
     const Image* find(std::string_view name) const {
-        for (const Layer& layer : layers) {
+        for (const ImageLayer& layer : layers) {
             if (layer.name == name) {
                 if (const Image* image = std::get_if<Image>(&layer.image)) {
                     return image;
@@ -118,15 +119,6 @@ struct LayeredImage {
         }
         return nullptr;
     }
-};
-
-// A rectangle of pixels; x from the left, and y from the top or from the bottom as the function taking it says.
-struct PixelRect {
-    int x = 0;
-    int y = 0;
-    int width = 0;
-    int height = 0;
-    friend bool operator==(const PixelRect&, const PixelRect&) = default;
 };
 
 // The same rectangle counted from the other edge: from the bottom to from the top, and back.

@@ -79,7 +79,7 @@ void sendPicture(const LayeredImage& image, PipeWriter& writer) {
     writer.word(static_cast<std::uint32_t>(image.height()));
     writer.samples(image.rgba);
     writer.word(static_cast<std::uint32_t>(image.layers.size()));
-    for (const Layer& layer : image.layers) {
+    for (const ImageLayer& layer : image.layers) {
         writer.text(layer.name);
         writer.word(layer.isUint() ? 1 : 0);
         writer.word(static_cast<std::uint32_t>(layer.channels().size()));
@@ -247,7 +247,7 @@ bool receiveSamples(PipeReader& reader, BasicImage<T>& image) {
 }
 
 bool receiveLayer(PipeReader& reader, Budget& budget, LayeredImage& image, int maxChannels) {
-    Layer layer;
+    ImageLayer layer;
     std::uint32_t isUint = 0;
     std::uint32_t channelCount = 0;
     if (!reader.text(layer.name) || !reader.word(isUint) || !reader.word(channelCount) ||

@@ -87,14 +87,14 @@ std::uint64_t bitDifferingPixels(const BasicImage<T>& a, const BasicImage<T>& b)
     return count;
 }
 
-const Layer* findLayer(const LayeredImage& image, const std::string& name, bool isUint) {
+const ImageLayer* findLayer(const LayeredImage& image, const std::string& name, bool isUint) {
     const auto found = std::find_if(image.layers.begin(), image.layers.end(),
-                                    [&](const Layer& layer) { return layer.name == name && layer.isUint() == isUint; });
+                                    [&](const ImageLayer& layer) { return layer.name == name && layer.isUint() == isUint; });
     return found == image.layers.end() ? nullptr : &*found;
 }
 
 // A layer is put together in whatever order its maker likes; a file has its channels sorted.
-LayerComparison compareLayer(const Layer& a, const Layer* b) {
+LayerComparison compareLayer(const ImageLayer& a, const ImageLayer* b) {
     using Presence = LayerComparison::Presence;
     LayerComparison result{a.name, a.isUint(), Presence::Both, 0};
     if (b == nullptr) {
@@ -111,10 +111,10 @@ LayerComparison compareLayer(const Layer& a, const Layer* b) {
 
 std::vector<LayerComparison> compareLayers(const LayeredImage& a, const LayeredImage& b) {
     std::vector<LayerComparison> layers;
-    for (const Layer& layer : a.layers) {
+    for (const ImageLayer& layer : a.layers) {
         layers.push_back(compareLayer(layer, findLayer(b, layer.name, layer.isUint())));
     }
-    for (const Layer& layer : b.layers) {
+    for (const ImageLayer& layer : b.layers) {
         if (findLayer(a, layer.name, layer.isUint()) == nullptr) {
             layers.push_back({layer.name, layer.isUint(), LayerComparison::Presence::OnlyB, 0});
         }
