@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <ostream>
 #include <string>
@@ -18,6 +19,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kMaxExposure = 126.0;  // EV, either way: beyond it every float is black or white
 constexpr std::size_t kWorstPixels = 5;
+constexpr std::int64_t kMaxTiles = 65536;  // keeps the output of a mistyped grid in bounds
 
 struct TileComparison {
     int column = 0;
@@ -183,7 +185,8 @@ Result<void> compare(const CompareOptions& options, std::ostream& out) {
     std::vector<TileComparison> tiles;
     if (options.grid) {
         const auto [columns, rows] = *options.grid;
-        if (columns < 1 || rows < 1 || columns > a->width() || rows > a->height()) {
+        if (columns < 1 || rows < 1 || columns > a->width() || rows > a->height() ||
+            std::int64_t{columns} * rows > kMaxTiles) {
             return badInput(fmt::format("a grid of {} x {} tiles does not fit {} x {} pixels", columns, rows,
                                         a->width(), a->height()));
         }

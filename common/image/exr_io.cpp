@@ -30,6 +30,9 @@ constexpr int kMaxTileDimension = 1 << 13;
 constexpr std::size_t kMaxNameBytes = 255;      // EXR's long names
 constexpr std::size_t kMaxTextBytes = 1 << 16;  // of one attribute read
 
+// zlib's documentation: deflate does not do better than 1032 : 1 (and run lengths not better than 64 : 1).
+constexpr std::uint64_t kMaxDeflateRatio = 1032;
+
 // OpenEXR's stream over our file: its own one loses what goes wrong when the file is closed.
 class FileStream final : public Imf::OStream {
  public:
@@ -237,6 +240,27 @@ LayeredImage readPlanned(Imf::InputFile& file, const ExrPlan& plan) {
     return image;
 }
 
+// Whether a file of this size can hold its pixels. OpenEXR 3.1 does not notice a ZIP block that is too short for the
+// window: it hands out what its buffer held before. This catches the gross lies.
+bool canHold(const Imf::Header& header, const ExrPlan& plan, std::uint64_t fileBytes) {
+    std::uint64_t pixelBytes = 0;
+    for (auto i = header.channels().begin(); i != header.channels().end(); ++i) {
+        pixelBytes += i.channel().type == Imf::HALF ? 2 : 4;
+    }
+    const std::uint64_t bytes =
+        static_cast<std::uint64_t>(plan.width) * static_cast<std::uint64_t>(plan.height) * pixelBytes;
+    switch (header.compression()) {
+        case Imf::NO_COMPRESSION:
+            return bytes <= fileBytes;
+        case Imf::RLE_COMPRESSION:
+        case Imf::ZIPS_COMPRESSION:
+        case Imf::ZIP_COMPRESSION:
+            return bytes / kMaxDeflateRatio <= fileBytes;
+        default:
+            return true;
+    }
+}
+
 void readAttributes(const Imf::Header& header, LayeredImage& image) {
     static const std::set<std::string> kStandard{"pixelAspectRatio", "screenWindowWidth"};
     for (auto i = header.begin(); i != header.end(); ++i) {
@@ -315,7 +339,7 @@ Result<LayeredImage> readExr(const std::filesystem::path& path, const ImageLimit
         if (!plan) {
             return plan.error();
         }
-        if (!file.isComplete()) {
+        if (!file.isComplete() || !canHold(file.header(), *plan, std::filesystem::file_size(path))) {
             return badInput(fmt::format("cannot read '{}': the file is incomplete", name));
         }
         LayeredImage image = readPlanned(file, *plan);

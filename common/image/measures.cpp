@@ -93,7 +93,6 @@ const Layer* findLayer(const LayeredImage& image, const std::string& name, bool 
     return found == image.layers.end() ? nullptr : &*found;
 }
 
-// A layer is put together in whatever order its maker likes; a file has its channels sorted.
 LayerComparison compareLayer(const Layer& a, const Layer* b) {
     using Presence = LayerComparison::Presence;
     LayerComparison result{a.name, a.isUint(), Presence::Both, 0};
