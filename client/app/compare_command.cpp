@@ -11,6 +11,7 @@
 
 #include "common/image/isolated_reader.h"
 #include "common/image/measures.h"
+#include "common/image/printable.h"
 
 namespace umbriel {
 namespace {
@@ -91,16 +92,17 @@ std::string pixelText(const std::array<float, 4>& pixel) {
 
 void printLayer(const LayerComparison& layer, std::ostream& out) {
     const char* type = layer.isUint ? "uint" : "float";
+    const std::string name = layer.name.empty() ? "(top level)" : printable(layer.name);
     switch (layer.presence) {
         case LayerComparison::Presence::Both:
-            out << fmt::format("layer {} ({}): bit_differing {}\n", layer.name, type, layer.bitDiffering);
+            out << fmt::format("layer {} ({}): bit_differing {}\n", name, type, layer.bitDiffering);
             break;
         case LayerComparison::Presence::OtherChannels:
-            out << fmt::format("layer {} ({}): has other channels in A than in B\n", layer.name, type);
+            out << fmt::format("layer {} ({}): has other channels in A than in B\n", name, type);
             break;
         case LayerComparison::Presence::OnlyA:
         case LayerComparison::Presence::OnlyB:
-            out << fmt::format("layer {} ({}): only in {}\n", layer.name, type,
+            out << fmt::format("layer {} ({}): only in {}\n", name, type,
                                layer.presence == LayerComparison::Presence::OnlyA ? "A" : "B");
             break;
     }

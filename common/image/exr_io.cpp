@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "common/image/atomic_file.h"
+#include "common/image/printable.h"
 
 namespace umbriel {
 namespace {
@@ -152,7 +153,7 @@ Result<ExrPlan> planOf(const Imf::Header& header, const std::string& path, const
             return badInput(fmt::format("cannot read '{}': more than {} channels", path, limits.channels));
         }
         if (channel.xSampling != 1 || channel.ySampling != 1) {
-            return badInput(fmt::format("cannot read '{}': channel '{}' is subsampled", path, name));
+            return badInput(fmt::format("cannot read '{}': channel '{}' is subsampled", path, printable(name)));
         }
         if (rgbaIndex(name) >= 0 && channel.type != Imf::UINT) {
             plan.hasRgba[static_cast<std::size_t>(rgbaIndex(name))] = true;
@@ -276,6 +277,15 @@ void readAttributes(const Imf::Header& header, LayeredImage& image) {
     }
 }
 
+// OpenEXR puts `... image file "name". ` before what it has to say; we name the file ourselves.
+std::string reasonOf(const std::exception& e) {
+    const std::string_view what = e.what();
+    const std::size_t start = what.find("image file \"");
+    const std::size_t end = what.rfind("\". ");
+    return printable(
+        start != std::string_view::npos && end != std::string_view::npos && end > start ? what.substr(end + 3) : what);
+}
+
 }  // namespace
 
 Result<void> writeExr(const std::filesystem::path& path, const LayeredImage& image) {
@@ -348,7 +358,7 @@ Result<LayeredImage> readExr(const std::filesystem::path& path, const ImageLimit
     } catch (const std::bad_alloc&) {
         return failure(fmt::format("cannot read '{}': not enough memory", name));
     } catch (const std::exception& e) {
-        return badInput(fmt::format("cannot read '{}': {}", name, e.what()));
+        return badInput(fmt::format("cannot read '{}': {}", name, reasonOf(e)));
     }
 }
 

@@ -210,6 +210,14 @@ TEST(Exr, SubsampledChannelsAreRefused) {
     EXPECT_NE(read.error().message.find("subsampled"), std::string::npos) << read.error().message;
 }
 
+TEST(Exr, NoFileSpeaksToTheTerminal) {
+    const TemporaryDirectory directory;
+    writeForeign(directory / "a.exr", Imath::Box2i({0, 0}, {3, 3}), false, {"\x1b[2J\n"}, Imf::FLOAT, 2);
+    const Result<LayeredImage> read = readExr(directory / "a.exr");
+    ASSERT_FALSE(read.has_value());
+    EXPECT_TRUE(read.error().message.ends_with("channel '?[2J?' is subsampled")) << read.error().message;
+}
+
 TEST(Exr, LimitsHoldAtTheirValueAndNotBeyond) {
     const TemporaryDirectory directory;
     LayeredImage image;

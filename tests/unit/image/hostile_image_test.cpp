@@ -99,7 +99,7 @@ TEST(IsolatedReader, GivesWhatTheReaderGives) {
     EXPECT_EQ(direct->numbers, isolated->numbers);
 }
 
-TEST(IsolatedReader, ProcessorTimeIsBounded) {
+TEST(IsolatedReader, WaitingIsBounded) {
     const TemporaryDirectory directory;
     ASSERT_TRUE(writeExr(directory / "a.exr", sample()).has_value());
     IsolationLimits limits;
