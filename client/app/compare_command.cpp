@@ -195,7 +195,7 @@ Result<void> compare(const CompareOptions& options, std::ostream& out) {
         tiles = compareTiles(*a, *b, *options.grid, comparisonOptions);
     }
     if (options.json) {
-        // ImageLayer names are a file's bytes: what is no UTF-8 is replaced, not thrown at us.
+        // Layer names are a file's bytes: what is no UTF-8 is replaced, not thrown at us.
         out << jsonOf(*comparison, tiles).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
     } else {
         printTable(options, *a, *b, *comparison, tiles, out);
