@@ -10,7 +10,7 @@
 // along its axis) is stored up to `reachTexels` away in x and in y: there its depth differs by
 // (|n.x| + |n.y|) / |n.z| * reach * texel. Moving it by d along the normal moves its depth by d / |n.z|, so
 // d = reach * texel * (|n.x| + |n.y|) is enough at every angle, grazing included, and no more than needed. The same
-// holds for a perspective map with the texel's size at the receiver's depth. Reach is 1/2 for one nearest texel, 1 for
+// holds, to first order in the texel, for a perspective map with the texel size at the receiver. Reach is 1/2 for one nearest texel, 1 for
 // the 2x2 comparison of the hardware, radius + 1/2 or 1 for wider filters.
 FORMULA_FN Real shadowNormalOffset(Vec3 normalMap, Real texel, Real reachTexels) {
     return reachTexels * texel * (abs(normalMap.x) + abs(normalMap.y));
