@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "common/math/glm.h"
+#include <glm/glm.hpp>
 
 // The structs that C++ fills and GLSL reads (structs/*.glsl), with their layout asserted. shaders/README.md says which
 // members are allowed.

@@ -6,8 +6,8 @@
 
 // The material of glTF 2.0, appendix B.3: a dielectric (diffuse below a coat of reflectance 0.04) and a metal, mixed.
 //
-// It is reciprocal. Each of its two lobes gives back at most what it gets, but their sum is glTF's simple mix: at grazing
-// angles it reflects more (tests/numerics says how much), so it does not claim to conserve energy.
+// It is reciprocal. Each of its two lobes gives back at most what it gets, but their sum is glTF's simple mix: at
+// grazing angles it reflects more (README.md says how much), so it does not claim to conserve energy.
 
 FORMULA_CONST Real kDielectricReflectance = REAL(0.04);
 
@@ -44,7 +44,8 @@ FORMULA_FN Vec3 metallicRoughnessReflect(MetallicRoughness material, Vec3 normal
 }
 
 // Radiance towards the eye under the same radiance from everywhere (W/(m^2 sr)); `occlusion` is the share of it that
-// arrives (1: all; glTF dims ambient light only). The albedo is that at normal incidence: white reflects exactly all.
+// arrives (1: all; glTF dims ambient light only). The albedo is that at normal incidence, of the same mix as above: a
+// white metal and a white dielectric reflect exactly all.
 FORMULA_FN Vec3 metallicRoughnessAmbient(MetallicRoughness material, Vec3 ambientRadiance, Real occlusion) {
     Vec3 f0 = reflectanceAtNormal(material);
     return (f0 + (Vec3(REAL(1.0)) - f0) * diffuseAlbedo(material)) * ambientRadiance * occlusion;
