@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/math/glm.h"
-#include "common/wall/pixel_rect.h"
+#include "common/math/pixel_rect.h"
 #include "common/wall/view.h"
 
 namespace umbriel {

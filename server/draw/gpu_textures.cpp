@@ -82,18 +82,24 @@ Result<const gl::Texture2D*> GpuTextures::find(const Aspect& scene, ContainerId 
 
 const gl::Sampler& GpuTextures::samplerFor(const Texture& texture) {
     gl::Sampler& sampler = _samplers[{texture.wrapS, texture.wrapT, texture.magFilter, texture.minFilter, texture.mipMode}];
-    if (!sampler)
-        sampler = gl::Sampler({.minFilter = minFilterOf(texture.minFilter, texture.mipMode),
-                               .magFilter = GLenum(texture.magFilter.get() == FilterMode::Linear ? GL_LINEAR : GL_NEAREST),
-                               .wrapS = wrapOf(texture.wrapS),
-                               .wrapT = wrapOf(texture.wrapT)});
+    if (!sampler) {
+        gl::SamplerOptions options;
+        options.minFilter = minFilterOf(texture.minFilter, texture.mipMode);
+        options.magFilter = texture.magFilter.get() == FilterMode::Linear ? GL_LINEAR : GL_NEAREST;
+        options.wrapS = wrapOf(texture.wrapS);
+        options.wrapT = wrapOf(texture.wrapT);
+        sampler = gl::Sampler(options);
+    }
     return sampler;
 }
 
 const gl::Sampler& GpuTextures::plainSampler() {
-    if (!_plain)
-        _plain = gl::Sampler({.minFilter = GL_LINEAR, .magFilter = GL_LINEAR, .wrapS = GL_CLAMP_TO_EDGE,
-                              .wrapT = GL_CLAMP_TO_EDGE});
+    if (!_plain) {
+        gl::SamplerOptions options;
+        options.minFilter = GL_LINEAR;
+        options.wrapS = options.wrapT = GL_CLAMP_TO_EDGE;
+        _plain = gl::Sampler(options);
+    }
     return _plain;
 }
 

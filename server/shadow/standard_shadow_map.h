@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/base/result.h"
-#include "common/wall/pixel_rect.h"
+#include "common/math/pixel_rect.h"
 #include "common/wall/view.h"
 #include "server/gl/object.h"
 
