@@ -10,7 +10,7 @@
 #include "common/base/result.h"
 #include "common/math/glm.h"
 #include "common/scene/windows.h"
-#include "common/wall/pixel_rect.h"
+#include "common/math/pixel_rect.h"
 
 namespace umbriel {
 
