@@ -44,17 +44,15 @@ class GltfMaterials {
     Ref<Material> material(int index);
 
    private:
-    // Values of KHR_texture_transform, of the identity without it.
+    // A texture with its set of coordinates and its KHR_texture_transform.
     struct TextureUse {
         int texture = -1;
         int texCoord = 0;
-        float offset[2] = {0.0f, 0.0f};
+        glm::vec2 offset{0.0f};
         float rotation = 0.0f;
-        float scale[2] = {1.0f, 1.0f};
-        auto key() const {
-            return std::make_tuple(texture, texCoord, offset[0], offset[1], rotation, scale[0], scale[1]);
-        }
+        glm::vec2 scale{1.0f};
     };
+    using TextureKey = std::tuple<int, int, float, float, float, float, float>;
 
     void build(const tinygltf::Material& source, const std::string& place, Ref<Material> target);
     template <class TextureInfo>
@@ -65,7 +63,7 @@ class GltfMaterials {
 
     GltfContext& _context;
     std::map<int, Ref<Material>> _materials;
-    std::map<decltype(TextureUse().key()), Ref<Texture>> _textures;
+    std::map<TextureKey, Ref<Texture>> _textures;
     std::map<int, Ref<Image>> _images;
 };
 

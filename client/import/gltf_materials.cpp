@@ -105,7 +105,9 @@ float GltfMaterials::clamped(double value, double low, double high, const std::s
 template <class TextureInfo>
 Ref<Texture> GltfMaterials::texture(const TextureInfo& info, const std::string& place) {
     if (info.index < 0) return {};
-    TextureUse use{.texture = info.index, .texCoord = info.texCoord};
+    TextureUse use;
+    use.texture = info.index;
+    use.texCoord = info.texCoord;
     if (const auto* transform = extensionOf(info.extensions, "KHR_texture_transform")) {
         use.texCoord = static_cast<int>(numberOf(*transform, "texCoord", use.texCoord));
         use.rotation = static_cast<float>(numberOf(*transform, "rotation", 0.0));
@@ -125,21 +127,22 @@ Ref<Texture> GltfMaterials::texture(const TextureInfo& info, const std::string& 
 }
 
 Ref<Texture> GltfMaterials::texture(const TextureUse& use, const std::string& place) {
-    const auto known = _textures.find(use.key());
+    const TextureKey key(use.texture, use.texCoord, use.offset.x, use.offset.y, use.rotation, use.scale.x, use.scale.y);
+    const auto known = _textures.find(key);
     if (known != _textures.end()) return known->second;
     const tinygltf::Texture& source = _context.model().textures[static_cast<std::size_t>(use.texture)];
     if (source.source < 0) _context.warnings.add(place + ": texture " + std::to_string(use.texture) + " has no image");
     const Ref<Image> picture = source.source < 0 ? Ref<Image>() : image(source.source);
-    if (!picture) return _textures[use.key()] = {};
+    if (!picture) return _textures[key] = {};
     const Ref<Texture> made = _context.scene.create<Texture>(source.name);
     auto edit = _context.scene.edit(made);
     edit.set<&Texture::image>(picture);
     edit.set<&Texture::texCoordSet>(static_cast<std::uint32_t>(use.texCoord));
-    edit.set<&Texture::offset>(glm::vec2(use.offset[0], use.offset[1]));
+    edit.set<&Texture::offset>(use.offset);
     edit.set<&Texture::rotation>(use.rotation);
-    edit.set<&Texture::scale>(glm::vec2(use.scale[0], use.scale[1]));
+    edit.set<&Texture::scale>(use.scale);
     if (source.sampler >= 0) applySampler(_context.model().samplers[static_cast<std::size_t>(source.sampler)], edit);
-    return _textures[use.key()] = made;
+    return _textures[key] = made;
 }
 
 // A scene without one of its pictures is still worth seeing, so what is wrong with a picture is a warning.
