@@ -18,6 +18,7 @@ struct DecodedImage {
     std::uint32_t height = 0;
     int channels = 3;
     std::vector<std::uint8_t> texels;
+    bool isGrey = false;  // the file holds one channel, or one and alpha
 };
 
 // PNG or JPEG, by content. Width and height are checked against the limit and the budget before the texels are decoded.
