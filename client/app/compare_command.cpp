@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <ostream>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "common/image/isolated_reader.h"
 #include "common/image/measures.h"
+#include "common/image/printable.h"
 
 namespace umbriel {
 namespace {
@@ -18,6 +20,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kMaxExposure = 126.0;  // EV, either way: beyond it every float is black or white
 constexpr std::size_t kWorstPixels = 5;
+constexpr std::int64_t kMaxTiles = 65536;  // keeps the output of a mistyped grid in bounds
 
 struct TileComparison {
     int column = 0;
@@ -89,16 +92,17 @@ std::string pixelText(const std::array<float, 4>& pixel) {
 
 void printLayer(const LayerComparison& layer, std::ostream& out) {
     const char* type = layer.isUint ? "uint" : "float";
+    const std::string name = layer.name.empty() ? "(top level)" : printable(layer.name);
     switch (layer.presence) {
         case LayerComparison::Presence::Both:
-            out << fmt::format("layer {} ({}): bit_differing {}\n", layer.name, type, layer.bitDiffering);
+            out << fmt::format("layer {} ({}): bit_differing {}\n", name, type, layer.bitDiffering);
             break;
         case LayerComparison::Presence::OtherChannels:
-            out << fmt::format("layer {} ({}): has other channels in A than in B\n", layer.name, type);
+            out << fmt::format("layer {} ({}): has other channels in A than in B\n", name, type);
             break;
         case LayerComparison::Presence::OnlyA:
         case LayerComparison::Presence::OnlyB:
-            out << fmt::format("layer {} ({}): only in {}\n", layer.name, type,
+            out << fmt::format("layer {} ({}): only in {}\n", name, type,
                                layer.presence == LayerComparison::Presence::OnlyA ? "A" : "B");
             break;
     }
@@ -183,14 +187,15 @@ Result<void> compare(const CompareOptions& options, std::ostream& out) {
     std::vector<TileComparison> tiles;
     if (options.grid) {
         const auto [columns, rows] = *options.grid;
-        if (columns < 1 || rows < 1 || columns > a->width() || rows > a->height()) {
+        if (columns < 1 || rows < 1 || columns > a->width() || rows > a->height() ||
+            std::int64_t{columns} * rows > kMaxTiles) {
             return badInput(fmt::format("a grid of {} x {} tiles does not fit {} x {} pixels", columns, rows,
                                         a->width(), a->height()));
         }
         tiles = compareTiles(*a, *b, *options.grid, comparisonOptions);
     }
     if (options.json) {
-        // ImageLayer names are a file's bytes: what is no UTF-8 is replaced, not thrown at us.
+        // Layer names are a file's bytes: what is no UTF-8 is replaced, not thrown at us.
         out << jsonOf(*comparison, tiles).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
     } else {
         printTable(options, *a, *b, *comparison, tiles, out);

@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "common/image/atomic_file.h"
+#include "common/image/printable.h"
 
 namespace umbriel {
 namespace {
@@ -29,6 +30,9 @@ constexpr int kMaxDimension = 1 << 17;
 constexpr int kMaxTileDimension = 1 << 13;
 constexpr std::size_t kMaxNameBytes = 255;      // EXR's long names
 constexpr std::size_t kMaxTextBytes = 1 << 16;  // of one attribute read
+
+// zlib's documentation: deflate does not do better than 1032 : 1 (and run lengths not better than 64 : 1).
+constexpr std::uint64_t kMaxDeflateRatio = 1032;
 
 // OpenEXR's stream over our file: its own one loses what goes wrong when the file is closed.
 class FileStream final : public Imf::OStream {
@@ -149,7 +153,7 @@ Result<ExrPlan> planOf(const Imf::Header& header, const std::string& path, const
             return badInput(fmt::format("cannot read '{}': more than {} channels", path, limits.channels));
         }
         if (channel.xSampling != 1 || channel.ySampling != 1) {
-            return badInput(fmt::format("cannot read '{}': channel '{}' is subsampled", path, name));
+            return badInput(fmt::format("cannot read '{}': channel '{}' is subsampled", path, printable(name)));
         }
         if (rgbaIndex(name) >= 0 && channel.type != Imf::UINT) {
             plan.hasRgba[static_cast<std::size_t>(rgbaIndex(name))] = true;
@@ -237,6 +241,27 @@ LayeredImage readPlanned(Imf::InputFile& file, const ExrPlan& plan) {
     return image;
 }
 
+// Whether a file of this size can hold its pixels. OpenEXR 3.1 does not notice a ZIP block that is too short for the
+// window: it hands out what its buffer held before. This catches the gross lies.
+bool canHold(const Imf::Header& header, const ExrPlan& plan, std::uint64_t fileBytes) {
+    std::uint64_t pixelBytes = 0;
+    for (auto i = header.channels().begin(); i != header.channels().end(); ++i) {
+        pixelBytes += i.channel().type == Imf::HALF ? 2 : 4;
+    }
+    const std::uint64_t bytes =
+        static_cast<std::uint64_t>(plan.width) * static_cast<std::uint64_t>(plan.height) * pixelBytes;
+    switch (header.compression()) {
+        case Imf::NO_COMPRESSION:
+            return bytes <= fileBytes;
+        case Imf::RLE_COMPRESSION:
+        case Imf::ZIPS_COMPRESSION:
+        case Imf::ZIP_COMPRESSION:
+            return bytes / kMaxDeflateRatio <= fileBytes;
+        default:
+            return true;
+    }
+}
+
 void readAttributes(const Imf::Header& header, LayeredImage& image) {
     static const std::set<std::string> kStandard{"pixelAspectRatio", "screenWindowWidth"};
     for (auto i = header.begin(); i != header.end(); ++i) {
@@ -250,6 +275,15 @@ void readAttributes(const Imf::Header& header, LayeredImage& image) {
             }
         }
     }
+}
+
+// OpenEXR puts `... image file "name". ` before what it has to say; we name the file ourselves.
+std::string reasonOf(const std::exception& e) {
+    const std::string_view what = e.what();
+    const std::size_t start = what.find("image file \"");
+    const std::size_t end = what.rfind("\". ");
+    return printable(
+        start != std::string_view::npos && end != std::string_view::npos && end > start ? what.substr(end + 3) : what);
 }
 
 }  // namespace
@@ -315,7 +349,7 @@ Result<LayeredImage> readExr(const std::filesystem::path& path, const ImageLimit
         if (!plan) {
             return plan.error();
         }
-        if (!file.isComplete()) {
+        if (!file.isComplete() || !canHold(file.header(), *plan, std::filesystem::file_size(path))) {
             return badInput(fmt::format("cannot read '{}': the file is incomplete", name));
         }
         LayeredImage image = readPlanned(file, *plan);
@@ -324,7 +358,7 @@ Result<LayeredImage> readExr(const std::filesystem::path& path, const ImageLimit
     } catch (const std::bad_alloc&) {
         return failure(fmt::format("cannot read '{}': not enough memory", name));
     } catch (const std::exception& e) {
-        return badInput(fmt::format("cannot read '{}': {}", name, e.what()));
+        return badInput(fmt::format("cannot read '{}': {}", name, reasonOf(e)));
     }
 }
 

@@ -96,7 +96,7 @@ struct ImageLayer {
 // What one picture file holds. Every layer has the size of `rgba`.
 struct LayeredImage {
     FloatImage rgba;                           // always R, G, B, A
-    std::vector<ImageLayer> layers;                 // a reader sorts them by name, FLOAT before UINT
+    std::vector<ImageLayer> layers;            // a reader sorts them by name, FLOAT before UINT
     std::map<std::string, std::string> texts;  // attributes; must not have the name of one of EXR's own
     std::map<std::string, float> numbers;
 

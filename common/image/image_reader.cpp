@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <memory>
@@ -30,6 +32,24 @@
 namespace umbriel {
 namespace {
 
+// stb_image takes zeros for what lies behind the end of a file. It fills a buffer of its own (where the file may end)
+// or asks for the few bytes it needs now: coming up short on those, or with nothing, means the file is cut off.
+struct HdrStream {
+    static constexpr int kStbBuffer = 128;
+
+    std::FILE* file = nullptr;
+    bool cutOff = false;
+
+    static int read(void* user, char* to, int count) {
+        auto* stream = static_cast<HdrStream*>(user);
+        const int got = static_cast<int>(std::fread(to, 1, static_cast<std::size_t>(count), stream->file));
+        stream->cutOff = stream->cutOff || got == 0 || (got < count && count < kStbBuffer);
+        return got;
+    }
+    static void skip(void* user, int count) { std::fseek(static_cast<HdrStream*>(user)->file, count, SEEK_CUR); }
+    static int atEnd(void* user) { return std::feof(static_cast<HdrStream*>(user)->file); }
+};
+
 Result<LayeredImage> readHdr(const std::filesystem::path& path, const ImageLimits& limits) {
     const std::string name = path.string();
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(name.c_str(), "rbe"), &std::fclose);
@@ -45,10 +65,13 @@ Result<LayeredImage> readHdr(const std::filesystem::path& path, const ImageLimit
         return badInput(fmt::format("cannot read '{}': {} x {} pixels are more than the limit of {} pixels or {} MiB",
                                     name, width, height, limits.pixels, limits.bytes >> 20));
     }
+    HdrStream stream{file.get()};
+    const stbi_io_callbacks callbacks{&HdrStream::read, &HdrStream::skip, &HdrStream::atEnd};
     const std::unique_ptr<float, void (*)(void*)> decoded(
-        stbi_loadf_from_file(file.get(), &width, &height, &channels, 3), &stbi_image_free);
-    if (!decoded) {
-        return badInput(fmt::format("cannot read '{}': {}", name, stbi_failure_reason()));
+        stbi_loadf_from_callbacks(&callbacks, &stream, &width, &height, &channels, 3), &stbi_image_free);
+    if (!decoded || stream.cutOff) {
+        return badInput(
+            fmt::format("cannot read '{}': {}", name, decoded ? "the file is incomplete" : stbi_failure_reason()));
     }
     LayeredImage image;
     image.rgba = makeRgbaImage(width, height);

@@ -13,7 +13,6 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
-#include <functional>
 #include <new>
 #include <optional>
 #include <system_error>
@@ -22,14 +21,22 @@
 #include "common/image/image_reader.h"
 
 // Sanitizers reserve terabytes of address space, and their reports on stderr are wanted.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 #define UMBRIEL_SANITIZED 1
-#else
-#define UMBRIEL_SANITIZED 0
+#endif
+#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define UMBRIEL_SANITIZED 1
 #endif
 
 namespace umbriel {
 namespace {
+
+#ifdef UMBRIEL_SANITIZED
+constexpr bool kSanitized = true;
+#else
+constexpr bool kSanitized = false;
+#endif
 
 constexpr int kChildPipe = 3;
 constexpr std::uint32_t kMaxTextBytes = 1U << 17;
@@ -131,7 +138,7 @@ void closeFrom(int first) {
                            const ChildLimits& limits) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU}) {
-        if (!UMBRIEL_SANITIZED || number != SIGSEGV) {
+        if (!kSanitized || number != SIGSEGV) {
             std::signal(number, SIG_DFL);
         }
     }
@@ -143,7 +150,7 @@ void closeFrom(int first) {
     if (null >= 0) {
         ::dup2(null, 0);
         ::dup2(null, 1);
-        if (!UMBRIEL_SANITIZED) {
+        if (!kSanitized) {
             ::dup2(null, 2);  // the allocator's last words about a corrupted heap are no message for users
         }
         ::close(null);
@@ -151,7 +158,7 @@ void closeFrom(int first) {
     limit(RLIMIT_CORE, 0);
     limit(RLIMIT_FSIZE, 0);
     limit(RLIMIT_CPU, limits.processorSeconds);
-    if (!UMBRIEL_SANITIZED) {
+    if (!kSanitized) {
         limit(RLIMIT_AS, limits.addressSpace);
     }
     PipeWriter writer(kChildPipe);

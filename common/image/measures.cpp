@@ -88,12 +88,12 @@ std::uint64_t bitDifferingPixels(const BasicImage<T>& a, const BasicImage<T>& b)
 }
 
 const ImageLayer* findLayer(const LayeredImage& image, const std::string& name, bool isUint) {
-    const auto found = std::find_if(image.layers.begin(), image.layers.end(),
-                                    [&](const ImageLayer& layer) { return layer.name == name && layer.isUint() == isUint; });
+    const auto found = std::find_if(image.layers.begin(), image.layers.end(), [&](const ImageLayer& layer) {
+        return layer.name == name && layer.isUint() == isUint;
+    });
     return found == image.layers.end() ? nullptr : &*found;
 }
 
-// A layer is put together in whatever order its maker likes; a file has its channels sorted.
 LayerComparison compareLayer(const ImageLayer& a, const ImageLayer* b) {
     using Presence = LayerComparison::Presence;
     LayerComparison result{a.name, a.isUint(), Presence::Both, 0};

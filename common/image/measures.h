@@ -12,6 +12,7 @@ namespace umbriel {
 
 // How far a layer is the same in two pictures. Layers are paired by name and type.
 struct LayerComparison {
+    // OtherChannels: in both, with other channels or in another order (files have them sorted).
     enum class Presence { Both, OnlyA, OnlyB, OtherChannels };
 
     std::string name;

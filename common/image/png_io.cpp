@@ -13,6 +13,7 @@
 
 #include "common/image/atomic_file.h"
 #include "common/image/display.h"
+#include "common/image/printable.h"
 
 namespace umbriel {
 namespace {
@@ -224,7 +225,7 @@ Result<LayeredImage> readPng(const std::filesystem::path& path, const ImageLimit
     }
     PngSize size;
     if (!readHeader(structs.png, structs.info, context, size)) {
-        return badInput(fmt::format("cannot read '{}': {}", name, context.message));
+        return badInput(fmt::format("cannot read '{}': {}", name, printable(context.message)));
     }
     const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
     const std::uint64_t rowBytes = std::uint64_t{size.width} * 4 * static_cast<unsigned>(size.bytesPerSample);
@@ -239,7 +240,7 @@ Result<LayeredImage> readPng(const std::filesystem::path& path, const ImageLimit
             rows[y] = raw.data() + y * rowBytes;
         }
         if (!readRows(structs.png, context, rows.data())) {
-            return badInput(fmt::format("cannot read '{}': {}", name, context.message));
+            return badInput(fmt::format("cannot read '{}': {}", name, printable(context.message)));
         }
         return linearFromRows(size, raw);
     } catch (const std::bad_alloc&) {
