@@ -40,6 +40,20 @@ void gather(std::span<const std::byte> source, std::size_t stride, std::size_t e
         std::memcpy(out.data() + at, source.data() + from, elementBytes);
 }
 
+// Columns of matrices start at multiples of four bytes (glTF 2.0, section 3.6.2.4).
+std::size_t elementBytesOf(int type, std::size_t componentBytes) {
+    const auto matrix = [&](std::size_t side) { return side * ((side * componentBytes + 3) / 4 * 4); };
+    switch (type) {
+        case TINYGLTF_TYPE_SCALAR: return componentBytes;
+        case TINYGLTF_TYPE_VEC2: return 2 * componentBytes;
+        case TINYGLTF_TYPE_VEC3: return 3 * componentBytes;
+        case TINYGLTF_TYPE_VEC4: return 4 * componentBytes;
+        case TINYGLTF_TYPE_MAT2: return matrix(2);
+        case TINYGLTF_TYPE_MAT3: return matrix(3);
+        default: return matrix(4);
+    }
+}
+
 }  // namespace
 
 std::string gltfPlace(const char* array, std::size_t index) {
@@ -66,6 +80,39 @@ bool GltfAccessors::isFloat(int accessor) const {
 
 bool GltfAccessors::isPlainInteger(int accessor) const {
     return !isFloat(accessor) && !_file.model().accessors[static_cast<std::size_t>(accessor)].normalized;
+}
+
+bool GltfAccessors::hasData(int index) const {
+    const tinygltf::Accessor& accessor = _file.model().accessors[static_cast<std::size_t>(index)];
+    if (accessor.bufferView >= 0 && _file.isPlaceholder(accessor.bufferView)) return false;
+    return !accessor.sparse.isSparse || (!_file.isPlaceholder(accessor.sparse.indices.bufferView) &&
+                                         !_file.isPlaceholder(accessor.sparse.values.bufferView));
+}
+
+void GltfAccessors::checkLayouts() const {
+    for (std::size_t i = 0; i < _file.model().bufferViews.size(); ++i) _file.checkBufferView(static_cast<int>(i));
+    for (std::size_t i = 0; i < _file.model().accessors.size(); ++i) checkLayout(i);
+}
+
+void GltfAccessors::checkLayout(std::size_t index) const {
+    const tinygltf::Accessor& accessor = _file.model().accessors[index];
+    const std::string place = gltfPlace("accessors", index);
+    if (accessor.bufferView < 0) return;
+    const std::size_t componentBytes =
+        static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType)));
+    const std::size_t elementBytes = elementBytesOf(accessor.type, componentBytes);
+    const tinygltf::BufferView& view = _file.model().bufferViews[static_cast<std::size_t>(accessor.bufferView)];
+    const std::size_t stride = view.byteStride != 0 ? view.byteStride : elementBytes;
+    if (stride < elementBytes || stride % componentBytes != 0)
+        throw ImportRefused(gltfPlace("bufferViews", static_cast<std::size_t>(accessor.bufferView)) + ".byteStride",
+                            std::to_string(stride) + " does not suit the elements of accessor " + std::to_string(index));
+    if ((view.byteOffset + accessor.byteOffset) % componentBytes != 0)
+        throw ImportRefused(place + ".byteOffset", "the data is not aligned to its component type");
+    const std::size_t needed = accessor.byteOffset + stride * (accessor.count - 1) + elementBytes;
+    if (needed > view.byteLength)
+        throw ImportRefused(place, "needs " + std::to_string(needed) + " bytes of buffer view " +
+                                       std::to_string(accessor.bufferView) + ", which has " +
+                                       std::to_string(view.byteLength));
 }
 
 std::vector<float> GltfAccessors::floats(int index, bool forceNormalised) {
@@ -117,17 +164,9 @@ std::vector<std::byte> GltfAccessors::packed(int index) {
         return zeros;
     }
     const tinygltf::BufferView& view = _file.model().bufferViews[static_cast<std::size_t>(accessor.bufferView)];
+    checkLayout(static_cast<std::size_t>(index));
     const std::size_t stride = view.byteStride != 0 ? view.byteStride : elementBytes;
-    if (stride < elementBytes || stride % componentBytes != 0)
-        throw ImportRefused(gltfPlace("bufferViews", static_cast<std::size_t>(accessor.bufferView)) + ".byteStride",
-                            std::to_string(stride) + " does not suit the elements of accessor " + std::to_string(index));
-    if ((view.byteOffset + accessor.byteOffset) % componentBytes != 0)
-        throw ImportRefused(place + ".byteOffset", "the data is not aligned to its component type");
     const std::span<const std::byte> bytes = _file.bufferView(accessor.bufferView);
-    const std::size_t needed = accessor.byteOffset + stride * (accessor.count - 1) + elementBytes;
-    if (needed > bytes.size())
-        throw ImportRefused(place, "needs " + std::to_string(needed) + " bytes of buffer view " +
-                                       std::to_string(accessor.bufferView) + ", which has " + std::to_string(bytes.size()));
     std::vector<std::byte> elements(accessor.count * elementBytes);
     gather(bytes.subspan(accessor.byteOffset), stride, elementBytes, elements);
     replaceSparse(index, elementBytes, elements);

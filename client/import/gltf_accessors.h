@@ -20,6 +20,12 @@ class GltfAccessors {
     // Integers that are not marked as normalised.
     bool isPlainInteger(int accessor) const;
 
+    // False when the file leaves the accessor's data to others (a buffer without uri).
+    bool hasData(int accessor) const;
+    // Checks that every accessor, used or not, keeps within its buffer view, and every view within its buffer, without
+    // reading anything. Throws ImportRefused.
+    void checkLayouts() const;
+
     // count x components numbers; normalised integers become [0, 1] or [-1, 1] (glTF 2.0, section 3.11).
     // forceNormalised reads plain integers so, too. Throws ImportRefused.
     std::vector<float> floats(int accessor, bool forceNormalised = false);
@@ -27,6 +33,7 @@ class GltfAccessors {
     std::vector<std::uint32_t> indices(int accessor, const std::string& place);
 
    private:
+    void checkLayout(std::size_t index) const;
     // count x components elements, packed, as they lie in the file.
     std::vector<std::byte> packed(int accessor);
     void replaceSparse(int accessor, std::size_t elementBytes, std::vector<std::byte>& elements);

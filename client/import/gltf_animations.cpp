@@ -51,6 +51,10 @@ Ref<AnimationChannel> GltfAnimations::channel(const tinygltf::Animation& animati
         return {};
     }
 
+    if (!_context.accessors.hasData(sampler.input) || !_context.accessors.hasData(sampler.output)) {
+        _context.warnings.add(place + ": its data is not in the file (a buffer without uri) and it is ignored");
+        return {};
+    }
     const std::vector<float> keys = times(sampler.input, place + ".sampler.input");
     const bool cubic = sampler.interpolation == "CUBICSPLINE";
     const int components = isRotation ? 4 : 3;

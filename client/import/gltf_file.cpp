@@ -31,12 +31,32 @@ std::uint32_t littleU32(const std::vector<std::byte>& bytes, std::size_t at) {
     return value;
 }
 
-void checkVersion(const json& asset) {
+void checkVersion(const json& asset, ImportWarnings& warnings) {
     const std::string version = asset.at("version").get<std::string>();
     if (version.compare(0, 2, "2.") != 0)
         throw ImportRefused("asset.version", "glTF " + version + " is not supported; export the scene as glTF 2.0");
-    if (asset.contains("minVersion") && asset.at("minVersion").get<std::string>() != "2.0")
-        throw ImportRefused("asset.minVersion", "needs glTF " + asset.at("minVersion").get<std::string>() + ", this is 2.0");
+    const std::string minVersion = asset.value("minVersion", "2.0");
+    if (minVersion.compare(0, 2, "2.") != 0 || minVersion > version)
+        throw ImportRefused("asset.minVersion", "needs glTF " + minVersion + ", the file is " + version);
+    if (version != "2.0") warnings.add("the file is glTF " + version + ", what is newer than 2.0 is ignored");
+}
+
+// Properties that another property of the same object asks for.
+void checkVariants(const json& document) {
+    const auto require = [](const json& object, const std::string& name, const std::string& place) {
+        if (!object.contains(name)) throw ImportRefused(place + "." + name, "is missing");
+    };
+    if (document.contains("cameras"))
+        for (std::size_t i = 0; i < document.at("cameras").size(); ++i) {
+            const json& camera = document.at("cameras")[i];
+            require(camera, camera.at("type").get<std::string>(), "cameras[" + std::to_string(i) + "]");
+        }
+    const json::json_pointer path("/extensions/KHR_lights_punctual/lights");
+    if (!document.contains(path)) return;
+    const json& lights = document.at(path);
+    for (std::size_t i = 0; i < lights.size(); ++i)
+        if (lights[i].at("type") == "spot")
+            require(lights[i], "spot", "extensions.KHR_lights_punctual.lights[" + std::to_string(i) + "]");
 }
 
 void checkExtensions(const json& document, ImportWarnings& warnings) {
@@ -104,9 +124,10 @@ std::string GltfFile::parseContainer(const std::vector<std::byte>& file) {
         if (chunk == 0) {
             if (type != "JSON") throw ImportRefused(place, "the first chunk is not JSON");
             text = textOf(at + 8, size);
-        } else if (type == std::string("BIN\0", 4) && !_binChunk) {
-            _binChunk.emplace(file.begin() + static_cast<std::ptrdiff_t>(at + 8),
-                              file.begin() + static_cast<std::ptrdiff_t>(at + 8 + size));
+        } else if (type == std::string("BIN\0", 4) && !_hasBinChunk) {
+            _hasBinChunk = true;
+            _binChunk.assign(file.begin() + static_cast<std::ptrdiff_t>(at + 8),
+                             file.begin() + static_cast<std::ptrdiff_t>(at + 8 + size));
         }
         at += 8 + size;
     }
@@ -126,7 +147,8 @@ void GltfFile::parseJson(const std::string& text, ImportWarnings& warnings) {
         throw ImportRefused("the JSON document", end == std::string::npos ? reason : reason.substr(end + 2));
     }
     checkGltfSchema(document);
-    checkVersion(document.at("asset"));
+    checkVersion(document.at("asset"), warnings);
+    checkVariants(document);
     checkExtensions(document, warnings);
 
     _bufferUris = takeUris(document, "buffers", "data:application/octet-stream;base64,AA==");
@@ -148,6 +170,18 @@ void GltfFile::parseJson(const std::string& text, ImportWarnings& warnings) {
     for (std::size_t i = 0; i < images.size(); ++i)
         if (images[i].contains("bufferView")) document.at("images")[i].erase("bufferView");
 
+    // tinygltf wants a buffer view for indices, which may do without one (zeros, sparse values).
+    std::vector<std::size_t> withoutView;
+    const std::size_t standInView = document.contains("bufferViews") ? document.at("bufferViews").size() : 0;
+    if (document.contains("accessors"))
+        for (std::size_t i = 0; i < document.at("accessors").size(); ++i) {
+            json& accessor = document.at("accessors")[i];
+            if (accessor.contains("bufferView")) continue;
+            accessor["bufferView"] = standInView;
+            withoutView.push_back(i);
+        }
+    if (!withoutView.empty()) document["bufferViews"].push_back({{"buffer", 0}, {"byteLength", 1}});
+
     const std::string normalised = document.dump();
     tinygltf::TinyGLTF loader;
     loader.SetImageLoader(ignoreImage, nullptr);
@@ -160,6 +194,13 @@ void GltfFile::parseJson(const std::string& text, ImportWarnings& warnings) {
         throw ImportRefused("the JSON document", error.empty() ? "cannot be understood" : error);
     for (std::size_t i = 0; i < images.size(); ++i)
         _model->images[i].bufferView = images[i].contains("bufferView") ? images[i].at("bufferView").get<int>() : -1;
+    for (const std::size_t i : withoutView) _model->accessors[i].bufferView = -1;
+    _model->bufferViews.resize(standInView);
+}
+
+bool GltfFile::isPlaceholder(int bufferView) const {
+    const int buffer = _model->bufferViews[static_cast<std::size_t>(bufferView)].buffer;
+    return _bufferUris[static_cast<std::size_t>(buffer)].empty() && (buffer != 0 || !_hasBinChunk);
 }
 
 std::vector<std::byte> GltfFile::dataUri(const std::string& uri, const std::string& place) {
@@ -181,8 +222,8 @@ const std::vector<std::byte>& GltfFile::buffer(int index) {
     const std::string& uri = _bufferUris[i];
     std::vector<std::byte> bytes;
     if (uri.empty()) {
-        if (index != 0 || !_binChunk) throw ImportRefused(place, "has no uri, and there is no BIN chunk for it");
-        bytes = *std::move(_binChunk);
+        if (index != 0 || !_hasBinChunk) throw ImportRefused(place, "has no uri, and there is no BIN chunk for it");
+        bytes = std::move(_binChunk);
     } else if (uri.compare(0, 5, "data:") == 0) {
         bytes = dataUri(uri, place + ".uri");
     } else {
@@ -197,12 +238,17 @@ const std::vector<std::byte>& GltfFile::buffer(int index) {
 
 std::span<const std::byte> GltfFile::bufferView(int index) {
     const tinygltf::BufferView& view = _model->bufferViews[static_cast<std::size_t>(index)];
+    checkBufferView(index);
+    return std::span(buffer(view.buffer)).subspan(view.byteOffset, view.byteLength);
+}
+
+void GltfFile::checkBufferView(int index) const {
+    const tinygltf::BufferView& view = _model->bufferViews[static_cast<std::size_t>(index)];
     const std::size_t size = _bufferSizes[static_cast<std::size_t>(view.buffer)];
     if (view.byteOffset > size || view.byteLength > size - view.byteOffset)
         throw ImportRefused("bufferViews[" + std::to_string(index) + "]",
                             "ends at byte " + std::to_string(view.byteOffset + view.byteLength) + " of buffer " +
                                 std::to_string(view.buffer) + ", which has " + std::to_string(size));
-    return std::span(buffer(view.buffer)).subspan(view.byteOffset, view.byteLength);
 }
 
 std::vector<std::byte> GltfFile::imageBytes(int index) {

@@ -26,6 +26,10 @@ class GltfFile {
     GltfFile& operator=(const GltfFile&) = delete;
 
     const tinygltf::Model& model() const { return *_model; }
+    // Throws ImportRefused when the buffer view does not fit its buffer; reads nothing.
+    void checkBufferView(int index) const;
+    // The file leaves the data of this buffer view to others: its buffer has neither a uri nor a BIN chunk.
+    bool isPlaceholder(int bufferView) const;
     // The bytes of a buffer view. Throws ImportRefused when it does not fit its buffer or the buffer cannot be had.
     std::span<const std::byte> bufferView(int index);
     // The encoded bytes of an image (PNG, JPEG, ...). Throws ImportRefused.
@@ -39,7 +43,8 @@ class GltfFile {
 
     SourceFolder& _folder;
     std::unique_ptr<tinygltf::Model> _model;
-    std::optional<std::vector<std::byte>> _binChunk;
+    std::vector<std::byte> _binChunk;  // until it is buffer 0
+    bool _hasBinChunk = false;
     std::vector<std::string> _bufferUris;
     std::vector<std::size_t> _bufferSizes;
     std::vector<std::optional<std::vector<std::byte>>> _buffers;

@@ -12,6 +12,7 @@ Ref<LoadedScene> importGltf(const std::string& file, Aspect& scene, const Import
     SourceFolder folder(file, fileBytes);
     GltfFile source(folder, warnings);
     GltfContext context{source, scene, limits, warnings, sceneBytes, GltfAccessors(source, sceneBytes)};
+    context.accessors.checkLayouts();
     GltfMaterials materials(context);
     GltfMeshes meshes(context, materials);
     GltfNodes nodes(context, meshes);

@@ -106,6 +106,11 @@ Ref<Geometry> GltfMeshes::primitive(const tinygltf::Primitive& source, const std
     if (!source.targets.empty()) _context.warnings.add(place + ": morph targets are ignored in this version");
     DataKey key{mode, source.indices};
     for (const char* attribute : kAttributes) key.push_back(accessorOf(source, attribute));
+    for (std::size_t i = 1; i < key.size(); ++i)
+        if (key[i] >= 0 && !_context.accessors.hasData(key[i])) {
+            _context.warnings.add(place + ": its data is not in the file (a buffer without uri) and it is not drawn");
+            return {};
+        }
     DataKey withMaterial = key;
     withMaterial.push_back(source.material);
     const auto known = _geometries.find(withMaterial);

@@ -67,6 +67,18 @@ class VertexLines {
     std::string_view _text;
 };
 
+// "f 1/2/ 3//" leaves the normal out with its slash; other programs read that, tinyobjloader wants no slash then.
+void dropTrailingSlashes(std::string& text) {
+    for (std::size_t begin = 0; begin < text.size();) {
+        const std::size_t end = std::min(text.find('\n', begin), text.size());
+        const std::size_t word = std::min(text.find_first_not_of(" \t", begin), end);
+        if (word + 1 < end && text[word] == 'f' && isBlank(text[word + 1]))
+            for (std::size_t i = end; i-- > word;)
+                if (text[i] == '/' && (i + 1 == end || isBlank(text[i + 1]))) text[i] = ' ';
+        begin = end + 1;
+    }
+}
+
 // Reads MTL libraries from the file's folder only; a missing one costs the materials, not the scene.
 class ConfinedMaterialReader final : public tinyobj::MaterialReader {
    public:
@@ -192,7 +204,7 @@ std::vector<std::string> linesOf(const std::string& text) {
     std::vector<std::string> lines;
     std::istringstream stream(text);
     for (std::string line; std::getline(stream, line);)
-        if (!line.empty()) lines.push_back(line);
+        if (line.size() > 1) lines.push_back(line);  // tinyobjloader ends some with a lone period
     return lines;
 }
 
@@ -234,8 +246,9 @@ Ref<LoadedScene> importObj(const std::string& file, Aspect& scene, const ImportL
     {
         const std::vector<std::byte> bytes = folder.readMain();
         if (bytes.empty()) throw ImportRefused("the file is empty");
-        const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+        std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
         VertexLines(text).check();
+        dropTrailingSlashes(text);
         std::istringstream stream(text);
         ConfinedMaterialReader reader(folder, warnings);
         std::string warning;
