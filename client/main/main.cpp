@@ -119,7 +119,7 @@ int main(int argc, char** argv) {
     ImportChildOptions importChild;
     CLI::App* importChildCommand = app.add_subcommand("import-child", "internal: parse a file for the client");
     importChildCommand->group("");
-    addImportChildOptions(*importChildCommand, importChild);
+    importChildCommand->add_option("ARGUMENTS", importChild.arguments);
 
     if (const int code = parse(app, argc, argv); code >= 0) return code;
 
