@@ -40,7 +40,7 @@ class Container {
 
    private:
     friend class Aspect;
-    friend class RawEdit;
+    friend class TypeRegistry;
     ContainerId _id;
     const TypeDescriptor* _type = nullptr;
 };

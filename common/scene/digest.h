@@ -13,7 +13,7 @@ namespace umbriel {
 // any sequence of change lists that lead to the same graph, and costs what changed. Client and servers compare it every
 // frame. Containers of types that are not shipped do not count.
 class StateDigest {
-   public:
+ public:
     static constexpr std::size_t kBlockBytes = 1024;
 
     // Follows a change list that was just committed by, or applied to, the aspect.
@@ -26,11 +26,16 @@ class StateDigest {
     // Every container with its digest, ascending by id.
     std::vector<std::pair<ContainerId, std::uint64_t>> containers() const;
 
-   private:
+ private:
     struct Entry {
-        std::uint64_t sum = 0;                           // of all blocks, and of existence itself
-        std::vector<std::vector<std::uint64_t>> blocks;  // [field][block]
+        std::uint64_t sum = 0;                           // of all fields, and of existence itself
+        std::vector<std::uint64_t> fields;               // sum of each field's blocks
+        std::vector<std::vector<std::uint64_t>> blocks;  // of multi fields only, in their order
     };
+    void add(ContainerId id, const Container& container);
+    void remove(ContainerId id);
+    void setField(Entry& entry, std::uint32_t field, std::uint64_t sum);
+
     std::unordered_map<ContainerId, Entry> _entries;
     std::uint64_t _total = 0;
 };

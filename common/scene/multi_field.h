@@ -1,10 +1,11 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/base/assert.h"
@@ -14,9 +15,9 @@ namespace umbriel {
 
 // A sequence of equal-sized elements in refcounted chunks of at most 16 KiB, copied on write. Copying one costs a
 // pointer per chunk, so a second aspect of a scene shares its data, and changing one vertex of a million copies one
-// chunk. Chunks are immutable while shared: reading needs no lock.
+// chunk. Chunks are immutable while shared: reading needs no lock. The last chunk is only as long as its elements.
 class MultiStorage {
-   public:
+ public:
     static constexpr std::size_t kChunkBytes = 16 * 1024;
 
     explicit MultiStorage(std::uint32_t elementSize);
@@ -24,7 +25,7 @@ class MultiStorage {
     std::uint32_t elementSize() const { return _elementSize; }
     std::size_t size() const { return _size; }
     std::size_t byteSize() const { return _size * _elementSize; }
-    std::size_t elementsPerChunk() const { return kChunkBytes / _elementSize; }
+    std::size_t elementsPerChunk() const { return _elementsPerChunk; }
     std::size_t chunkCount() const { return _chunks.size(); }
     // The elements of one chunk; the last one may be shorter.
     std::span<const std::byte> chunk(std::size_t index) const;
@@ -33,12 +34,18 @@ class MultiStorage {
 
     const std::byte* element(std::size_t index) const {
         UMBRIEL_ASSERT(index < _size, "element index out of range");
-        return _chunks[index / elementsPerChunk()]->data() + (index % elementsPerChunk()) * _elementSize;
+        return _chunks[index / _elementsPerChunk]->bytes.data() + (index % _elementsPerChunk) * _elementSize;
     }
     // Copies elements [first, first + bytes/elementSize) out.
     void read(std::size_t first, std::span<std::byte> bytes) const;
+    // The bytes [offset, offset + scratch.size()) of the whole sequence, whatever element they belong to: a view when
+    // they lie in one chunk, otherwise copied into scratch.
+    std::span<const std::byte> viewBytes(std::size_t offset, std::span<std::byte> scratch) const;
+    // True when elements from first on are exactly these bytes.
+    bool holds(std::size_t first, std::span<const std::byte> bytes) const;
 
-    // New elements are zero bytes.
+    // New elements are zero bytes. Chunks of nothing but new elements share one chunk of zeros until they are written,
+    // so growing costs a pointer per 16 KiB.
     void resize(std::size_t size);
     // Overwrites elements from first on; must fit.
     void write(std::size_t first, std::span<const std::byte> bytes);
@@ -48,21 +55,59 @@ class MultiStorage {
     // Same elements, bit for bit; shared chunks compare by address.
     bool equals(const MultiStorage& other) const;
 
-   private:
-    using Chunk = std::vector<std::byte>;
-    std::byte* writable(std::size_t chunk);
+ private:
+    struct Chunk {
+        std::atomic<std::uint32_t> references{1};
+        std::vector<std::byte> bytes;
+    };
+    // Like std::shared_ptr, whose use_count() is a relaxed load: finding oneself the only owner must also order one's
+    // writes after the last reads of whoever let go of the chunk on another thread.
+    class ChunkHandle {
+     public:
+        ChunkHandle() = default;
+        explicit ChunkHandle(std::vector<std::byte> bytes) : _chunk(new Chunk{{1}, std::move(bytes)}) {}
+        ChunkHandle(const ChunkHandle& other) : _chunk(other._chunk) {
+            if (_chunk) _chunk->references.fetch_add(1, std::memory_order_relaxed);
+        }
+        ChunkHandle(ChunkHandle&& other) noexcept : _chunk(std::exchange(other._chunk, nullptr)) {}
+        // Assigning the same chunk touches no counter: applying a list to a long field costs a comparison per chunk.
+        ChunkHandle& operator=(const ChunkHandle& other) {
+            if (_chunk != other._chunk) ChunkHandle(other).swap(*this);
+            return *this;
+        }
+        ChunkHandle& operator=(ChunkHandle&& other) noexcept {
+            ChunkHandle(std::move(other)).swap(*this);
+            return *this;
+        }
+        ~ChunkHandle() {
+            if (_chunk && _chunk->references.fetch_sub(1, std::memory_order_acq_rel) == 1) delete _chunk;
+        }
+        void swap(ChunkHandle& other) noexcept { std::swap(_chunk, other._chunk); }
+        bool onlyOwner() const { return _chunk->references.load(std::memory_order_acquire) == 1; }
+        Chunk* operator->() const { return _chunk; }
+        friend bool operator==(const ChunkHandle&, const ChunkHandle&) = default;
+
+     private:
+        Chunk* _chunk = nullptr;
+    };
+
+    std::size_t chunkElements(std::size_t chunk) const;
+    void writeBytes(std::size_t chunk, std::size_t offset, std::span<const std::byte> bytes);
+    void resizeChunk(std::size_t chunk, std::size_t bytes);
 
     std::uint32_t _elementSize;
+    std::uint32_t _elementsPerChunk;
     std::size_t _size = 0;
-    std::vector<std::shared_ptr<Chunk>> _chunks;
+    std::vector<ChunkHandle> _chunks;
 };
 
 // A multi field of a container: read here, written through an Edit (aspect.h).
 template <class T>
 class Multi {
-    static_assert(std::is_trivially_copyable_v<T> && !std::is_same_v<T, bool>, "multi fields hold plain fixed-size values");
+    static_assert(std::is_trivially_copyable_v<T> && !std::is_same_v<T, bool>,
+                  "multi fields hold plain fixed-size values");
 
-   public:
+ public:
     using Element = T;
 
     Multi() : _storage(sizeof(T)) {}
@@ -82,7 +127,7 @@ class Multi {
     }
     const MultiStorage& storage() const { return _storage; }
 
-   private:
+ private:
     template <class>
     friend class Edit;
     friend struct FieldAccess;
@@ -92,7 +137,7 @@ class Multi {
 // A single field of a container: reads like its value, written through an Edit (aspect.h).
 template <class T>
 class Single {
-   public:
+ public:
     using Element = T;
 
     Single() = default;
@@ -102,7 +147,7 @@ class Single {
     operator const T&() const { return _value; }
     const T* operator->() const { return &_value; }
 
-   private:
+ private:
     template <class>
     friend class Edit;
     friend struct FieldAccess;

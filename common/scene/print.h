@@ -1,6 +1,5 @@
 #pragma once
 
-#include <iosfwd>
 #include <string>
 
 #include "common/scene/aspect.h"
@@ -12,7 +11,8 @@ namespace umbriel {
 std::string describe(const Container& container, bool all = false);
 // One field's value as text.
 std::string describeField(const Container& container, std::uint32_t field);
-// The names of two differing containers' differing fields, for messages; empty when equal.
+// The names of two containers' differing fields, for messages; empty when equal; "type (Node and Image)" when the types
+// differ.
 std::string describeDifference(const Container& a, const Container& b);
 
 }  // namespace umbriel
