@@ -36,7 +36,7 @@ class Endpoint {
     virtual void received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) = 0;
     // Some of the connection's queue was written.
     virtual void written(ConnectionId connection, TimePoint now) = 0;
-    // The connection is gone. Not called for those that a Close action ended.
+    // The connection is gone, whoever ended it. Called once for every connection that was opened.
     virtual void closed(ConnectionId connection, const std::string& reason, TimePoint now) = 0;
 
     // Time has reached the deadline.

@@ -72,6 +72,14 @@ float readRounded(Reader& reader) {
     return reader.ok() ? value : 0.0f;
 }
 
+// A text of the peer that ends up in messages and logs: no control characters.
+std::string readLabel(Reader& reader, std::size_t limit) {
+    std::string text = reader.text(limit);
+    for (const char c : text)
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) reader.fail("a name has control characters");
+    return text;
+}
+
 constexpr std::uint64_t kMaxReadyTriangles = (std::uint64_t{1} << 35) - 1;  // 5 bytes as varint
 constexpr std::uint64_t kMaxReadyTime = (std::uint64_t{1} << 21) - 1;       // 3 bytes, steps of 10 microseconds
 
@@ -134,15 +142,15 @@ Hello Hello::read(Reader& reader) {
         return hello;
     }
     hello.version = reader.u16();
-    hello.build = reader.text(kMaxName);
+    hello.build = readLabel(reader, kMaxName);
     if (hello.version != kProtocolVersion) {
         if (reader.ok()) reader.raw(reader.remaining());  // another version's business
         return hello;
     }
     hello.role = readEnum<Role>(reader, 2, "the role is neither client nor server");
     hello.channel = readEnum<Channel>(reader, 2, "the channel is neither control nor bulk");
-    hello.name = reader.text(kMaxName);
-    hello.wantedName = reader.text(kMaxName);
+    hello.name = readLabel(reader, kMaxName);
+    hello.wantedName = readLabel(reader, kMaxName);
     hello.token.low = reader.u64();
     hello.token.high = reader.u64();
     hello.epoch = reader.u32();
@@ -150,9 +158,9 @@ Hello Hello::read(Reader& reader) {
     hello.capabilities = reader.u64();
     hello.maxChangeBytes = reader.u64();
     hello.maxBlobBytes = reader.u64();
-    hello.glRenderer = reader.text(kMaxText);
-    hello.glVersion = reader.text(kMaxText);
-    hello.cpu = reader.text(kMaxText);
+    hello.glRenderer = readLabel(reader, kMaxText);
+    hello.glVersion = readLabel(reader, kMaxText);
+    hello.cpu = readLabel(reader, kMaxText);
     return hello;
 }
 
