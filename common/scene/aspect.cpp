@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "common/scene/field_values.h"
 
@@ -51,11 +52,11 @@ ChangeList Aspect::commit() {
         for (MultiChange& multi : change.multis)
             multi.touched.clampTo(container.type().fields[multi.field].multi(container).size());
     }
-    list.destroyed = std::move(_destroyed);
+    list.destroyed = std::exchange(_destroyed, {});
+    list.destroyedTypes = std::exchange(_destroyedTypes, {});
     _created.clear();
     _createdAt.clear();
     _changed.clear();
-    _destroyed.clear();
     _destroyedIds.clear();
     return list;
 }
@@ -136,6 +137,7 @@ ContainerId Aspect::createContainer(const TypeDescriptor& type, std::string name
     const ContainerId id = _ids.next();
     Container& container = insert(id, type);
     recordCreated(id, type);
+    cutText(name);
     if (!name.empty()) RawEdit(*this).setText(container.id(), 0, name);
     return id;
 }
@@ -165,7 +167,9 @@ void Aspect::copyField(Container& to, const Container& from, std::uint32_t index
     }
     auto& target = *static_cast<MultiStorage*>(field.address(to));
     const MultiStorage& source = field.multi(from);
-    if (recording && !target.equals(source)) {
+    const auto pending = _changed.find(to.id());
+    const bool isPending = pending != _changed.end() && ((pending->second.fields >> index) & 1) != 0;
+    if ((recording || isPending) && !target.equals(source)) {
         const std::size_t common = std::min(target.size(), source.size());
         recordMulti(to.id(), index, common, source.size() - common);
         const std::size_t step = target.elementsPerChunk();
@@ -180,7 +184,9 @@ void Aspect::copyField(Container& to, const Container& from, std::uint32_t index
 }
 
 void Aspect::reviveRecorded(const Container& container, const Container& from) {
-    std::erase(_destroyed, container.id());
+    const auto place = std::find(_destroyed.begin(), _destroyed.end(), container.id());
+    _destroyedTypes.erase(_destroyedTypes.begin() + (place - _destroyed.begin()));
+    _destroyed.erase(place);
     const auto& fields = container.type().fields;
     for (std::uint32_t i = 0; i < fields.size(); ++i)
         if (fields[i].isMulti)
@@ -221,6 +227,7 @@ void Aspect::remove(ContainerId id, bool recording) {
     const auto found = _containers.find(id);
     UMBRIEL_ASSERT(std::find(_openEdits.begin(), _openEdits.end(), found->second.get()) == _openEdits.end(),
                    "a container is destroyed while it is edited");
+    const std::uint32_t type = found->second->type().index;
     _containers.erase(found);
     _changed.erase(id);
     if (const auto created = _createdAt.find(id); created != _createdAt.end()) {
@@ -228,6 +235,7 @@ void Aspect::remove(ContainerId id, bool recording) {
         _createdAt.erase(created);
     } else if (recording) {
         _destroyed.push_back(id);
+        _destroyedTypes.push_back(type);
         _destroyedIds.insert(id);
     }
 }
@@ -272,6 +280,7 @@ void RawEdit::setText(ContainerId id, std::uint32_t index, std::string_view text
     UMBRIEL_ASSERT(container != nullptr, "no such container in this aspect");
     const FieldDescriptor& field = container->type().fields[index];
     UMBRIEL_ASSERT(!field.isMulti && field.kind == ElementKind::String, "not a text field");
+    UMBRIEL_ASSERT(text.size() <= kMaxTextBytes, "a text is too long");
     auto& value = *static_cast<std::string*>(field.address(*container));
     if (value == text) return;
     value = text;

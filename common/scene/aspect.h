@@ -108,7 +108,7 @@ class Aspect {
     ContainerId createContainer(const TypeDescriptor& type, std::string name);
     Container& insert(ContainerId id, const TypeDescriptor& type);
     Container* findMutable(ContainerId id);
-    // Sets one field to the source's value; with recording, as an edit.
+    // Sets one field to the source's value; with recording, or where an edit is recorded already, as an edit.
     void copyField(Container& to, const Container& from, std::uint32_t field, bool recording);
     void take(const ChangeList& changes, const Aspect& source, bool recording);
     ContainerChange& changeOf(ContainerId id);
@@ -131,6 +131,7 @@ class Aspect {
     std::unordered_map<ContainerId, std::size_t> _createdAt;
     std::unordered_map<ContainerId, ContainerChange> _changed;
     std::vector<ContainerId> _destroyed;
+    std::vector<std::uint32_t> _destroyedTypes;
     std::unordered_set<ContainerId> _destroyedIds;
 };
 
@@ -158,11 +159,12 @@ class Edit {
 
     const T& read() const { return _container; }
 
-    // Single fields. Braces work: set<&Transform::translation>({1.0, 2.0, 3.0}).
+    // Single fields. Braces work: set<&Transform::translation>({1.0, 2.0, 3.0}). Texts are cut to kMaxTextBytes.
     template <auto Member, class Value = detail::ElementOf<Member>>
     Edit& set(Value&& value) {
         auto& field = _container.*Member;
         detail::ElementOf<Member> converted(std::forward<Value>(value));
+        if constexpr (std::is_same_v<detail::ElementOf<Member>, std::string>) cutText(converted);
         if (!bitEqual(field._value, converted)) {
             touch(indexOf<Member>());
             field._value = std::move(converted);

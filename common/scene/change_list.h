@@ -18,7 +18,7 @@ struct IndexRange {
 // A set of element indices as sorted, disjoint, non-adjacent ranges. Beyond kMaxRanges the two with the smallest gap
 // between them are joined: shipping a few unchanged elements is cheaper than unbounded bookkeeping.
 class IndexRanges {
-   public:
+ public:
     static constexpr std::size_t kMaxRanges = 1024;
 
     void add(std::size_t first, std::size_t count);
@@ -29,7 +29,7 @@ class IndexRanges {
     const std::vector<IndexRange>& ranges() const { return _ranges; }
     std::size_t elementCount() const;
 
-   private:
+ private:
     std::vector<IndexRange> _ranges;
 };
 
@@ -55,9 +55,10 @@ struct ContainerCreation {
 // it must be used before that aspect is edited again. Applied in the order created, changed, destroyed, every reference
 // resolves.
 struct ChangeList {
-    std::vector<ContainerCreation> created;  // in order of creation
-    std::vector<ContainerChange> changed;    // sorted by id
-    std::vector<ContainerId> destroyed;      // in order of destruction
+    std::vector<ContainerCreation> created;     // in order of creation
+    std::vector<ContainerChange> changed;       // sorted by id
+    std::vector<ContainerId> destroyed;         // in order of destruction
+    std::vector<std::uint32_t> destroyedTypes;  // TypeDescriptor::index of each: it can no longer be looked up
 
     bool empty() const { return created.empty() && changed.empty() && destroyed.empty(); }
     std::size_t entryCount() const { return created.size() + changed.size() + destroyed.size(); }

@@ -9,6 +9,12 @@ namespace umbriel {
 
 struct TypeDescriptor;
 
+// Texts in fields are for people (names, captions), so a file with a longer one is not refused: what is beyond is cut
+// off when it is set, and decoders refuse it.
+inline constexpr std::size_t kMaxTextBytes = 64 * 1024;
+// Cuts a text to kMaxTextBytes, before the UTF-8 character that would cross the limit.
+void cutText(std::string& text);
+
 // What everything shared derives from: an id, a type, a name, and fields. A concrete type is a struct with Single and
 // Multi members and one static function that declares them; that declaration is all that editing, change tracking,
 // transport, digests and printing need:
@@ -25,7 +31,7 @@ struct TypeDescriptor;
 //
 // A type with `static constexpr bool kShipped = false;` stays on the client (animation data, for example).
 class Container {
-   public:
+ public:
     virtual ~Container() = default;
     Container(const Container&) = delete;
     Container& operator=(const Container&) = delete;
@@ -35,10 +41,10 @@ class Container {
 
     Single<std::string> name;  // for people; need not be unique
 
-   protected:
+ protected:
     Container() = default;
 
-   private:
+ private:
     friend class Aspect;
     friend class TypeRegistry;
     ContainerId _id;

@@ -32,6 +32,11 @@ class MultiStorage {
     // True when both hold the very same chunk in memory (tests and benchmarks of sharing).
     bool sharesChunk(std::size_t index, const MultiStorage& other) const;
 
+    // True when both consist of the very same chunks: equal without a look at the elements.
+    bool sharesEverything(const MultiStorage& other) const {
+        return _elementSize == other._elementSize && _size == other._size && _chunks == other._chunks;
+    }
+
     const std::byte* element(std::size_t index) const {
         UMBRIEL_ASSERT(index < _size, "element index out of range");
         return _chunks[index / _elementsPerChunk]->bytes.data() + (index % _elementsPerChunk) * _elementSize;
