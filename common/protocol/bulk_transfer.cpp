@@ -63,35 +63,25 @@ bool BulkSender::sendPart(Link& link, Tile& tile, std::uint64_t& offset) {
     return ++tile.layer < tile.pixels.layers.size();
 }
 
-bool BlobReceiver::expect(const Wanted& wanted) {
-    UMBRIEL_ASSERT(wanted.elementSize > 0 && wanted.bytes % wanted.elementSize == 0, "a blob is whole elements");
-    return _partial
-        .emplace(wanted.hash, Partial{MultiStorage(wanted.elementSize), wanted.bytes, 0, std::make_unique<Hasher128>()})
-        .second;
+bool BlobReceiver::expect(const wire::BlobRef& wanted) {
+    return _partial.emplace(wanted.hash, Partial{wire::BlobAssembler(wanted, wire::kMaxBlobBytes), wanted.bytes}).second;
 }
 
-Result<std::optional<BlobReceiver::Received>> BlobReceiver::part(const wire::BlobData& data) {
+Result<std::optional<wire::Blob>> BlobReceiver::part(const wire::BlobData& data) {
     const auto found = _partial.find(data.hash);
     if (found == _partial.end()) return failure(fmt::format("blob {} was not asked for", toHex(data.hash)));
     Partial& partial = found->second;
     if (data.total != partial.bytes)
         return failure(fmt::format("blob {} has {} bytes, {} were expected", toHex(data.hash), data.total, partial.bytes));
-    const std::uint32_t elementSize = partial.content.elementSize();
-    if (data.offset != partial.received || data.bytes.size() % elementSize != 0)
+    if (data.offset != partial.received)
         return failure(fmt::format("blob {} continues at byte {}, not at {}", toHex(data.hash), data.offset, partial.received));
-    partial.hasher->add(data.bytes);
+    if (const auto added = partial.assembler.add(data.bytes); !added) return added.error();
     partial.received += data.bytes.size();
-    if (!data.bytes.empty()) {
-        const std::size_t first = partial.content.size();
-        partial.content.resize(first + data.bytes.size() / elementSize);
-        partial.content.write(first, data.bytes);
-    }
-    if (partial.received < data.total) return std::optional<Received>();
-    if (partial.hasher->finish() != data.hash)
-        return failure(fmt::format("blob {} is damaged: its content has another hash", toHex(data.hash)));
-    std::optional<Received> blob(Received{data.hash, std::move(partial.content)});
+    if (!partial.assembler.complete()) return std::optional<wire::Blob>();
+    auto blob = partial.assembler.finish();
     _partial.erase(found);
-    return blob;
+    if (!blob) return blob.error();
+    return std::optional<wire::Blob>(std::move(*blob));
 }
 
 void TileReceiver::expect(std::uint64_t frame, const std::vector<TileAssignment>& tiles) {

@@ -12,6 +12,7 @@
 #include "common/protocol/link.h"
 #include "common/scene/multi_field.h"
 #include "common/wall/tile_pixels.h"
+#include "common/wire/blob.h"
 #include "common/wire/messages.h"
 
 namespace umbriel::protocol {
@@ -53,30 +54,17 @@ class BulkSender {
 // content is checked against its hash.
 class BlobReceiver {
  public:
-    struct Wanted {
-        Hash128 hash;
-        std::uint32_t elementSize = 1;  // bytes; the blob is a multiple of it
-        std::uint64_t bytes = 0;        // what it must have
-    };
-    struct Received {
-        Hash128 hash;
-        MultiStorage content;
-    };
-
     // False when it is expected already.
-    bool expect(const Wanted& wanted);
-    bool expecting() const { return !_partial.empty(); }
+    bool expect(const wire::BlobRef& wanted);
     // A blob when this part completes it. An error when it was not asked for, is out of order, or is not what its hash
     // says.
-    Result<std::optional<Received>> part(const wire::BlobData& data);
-    void clear() { _partial.clear(); }
+    Result<std::optional<wire::Blob>> part(const wire::BlobData& data);
 
  private:
     struct Partial {
-        MultiStorage content;
+        wire::BlobAssembler assembler;
         std::uint64_t bytes;
         std::uint64_t received = 0;
-        std::unique_ptr<Hasher128> hasher;
     };
     std::map<Hash128, Partial> _partial;
 };

@@ -16,6 +16,9 @@ namespace {
 // Dial tags: 1 + 2 * server, one more for its bulk connection.
 std::uint64_t tagOf(std::size_t server, bool bulk) { return 1 + 2 * server + (bulk ? 1 : 0); }
 
+// Change parts are queued up to here, so that a heartbeat or a swap never waits behind a whole snapshot.
+constexpr std::size_t kControlTarget = std::size_t{1} << 20;
+
 }  // namespace
 
 ClusterClient::ClusterClient(ClusterClientOptions options, TimePoint now)
@@ -86,8 +89,10 @@ void ClusterClient::received(ConnectionId connection, std::span<const std::byte>
 
 void ClusterClient::written(ConnectionId connection, TimePoint) {
     const auto found = _peers.find(connection);
-    if (found == _peers.end() || !found->second.known || !found->second.bulk) return;
-    _servers[found->second.server].sender.fill(*found->second.link);
+    if (found == _peers.end() || !found->second.known) return;
+    Server& server = _servers[found->second.server];
+    if (connection == server.bulk) server.sender.fill(*found->second.link);
+    else if (connection == server.control) feed(server);
 }
 
 void ClusterClient::closed(ConnectionId connection, const std::string& reason, TimePoint now) {
@@ -254,44 +259,55 @@ void ClusterClient::beginFrame(OutgoingFrame frame, TimePoint now) {
     _mismatch.reset();
     _encoded.clear();
     _changeParts.clear();
-    const std::span<const std::byte> changes(*_frame.changes);
-    if (changes.size() > wire::kMaxInlineChangeBytes)
-        for (std::size_t at = 0; at < changes.size(); at += wire::kChunkBytes)
-            _changeParts.push_back(std::make_shared<const wire::Bytes>(
-                wire::encode(wire::Changes{changes.subspan(at, std::min(wire::kChunkBytes, changes.size() - at))})));
-    for (std::size_t i = 0; i < _servers.size() && !_error; ++i) sendFrame(_servers[i], i);
+    _inlineChanges = {};
+    for (std::size_t i = 0; i < _frame.changes.size(); ++i) {
+        const wire::Bytes& part = _frame.changes[i];
+        if (i + 1 == _frame.changes.size() && part.size() <= wire::kMaxInlineChangeBytes) _inlineChanges = part;
+        else _changeParts.push_back(std::make_shared<const wire::Bytes>(wire::encode(wire::Changes{part})));
+    }
+    for (Server& server : _servers) {
+        server.ready = false;
+        server.tilesDone = !_frame.wantPixels || server.remote.tiles.empty();
+        server.outcome = {};
+        if (_frame.wantPixels) server.tiles.expect(_frame.number, server.remote.tiles);
+        server.withViews = server.views != _frame.views;
+        server.withTime = !server.time || *server.time != _frame.time;
+        server.views = _frame.views;
+        server.time = _frame.time;
+        server.outcome.viewBytes = server.withViews ? _frame.views.size() : 0;
+        server.nextPart = 0;
+        server.frameSent = false;
+    }
+    for (Server& server : _servers) feed(server);
     if (!_error) frameProgress(now);
 }
 
-void ClusterClient::sendFrame(Server& server, std::size_t index) {
-    server.ready = false;
-    server.tilesDone = !_frame.wantPixels || server.remote.tiles.empty();
-    server.outcome = {};
-    if (_frame.wantPixels) server.tiles.expect(_frame.number, server.remote.tiles);
-    const bool withViews = server.views != _frame.views;
-    const bool withTime = !server.time || *server.time != _frame.time;
-    auto found = std::find_if(_encoded.begin(), _encoded.end(), [&](const EncodedFrame& encoded) {
-        return encoded.withViews == withViews && encoded.withTime == withTime;
-    });
-    if (found == _encoded.end()) {
-        wire::Frame message;
-        message.number = _frame.number;
-        message.wantPixels = _frame.wantPixels;
-        message.fromNothing = _frame.fromNothing;
-        if (withTime) message.time = _frame.time;
-        if (withViews) message.views = _frame.views;
-        if (_changeParts.empty()) message.changes = *_frame.changes;
-        _encoded.push_back({withViews, withTime, std::make_shared<const wire::Bytes>(wire::encode(message))});
-        found = std::prev(_encoded.end());
+void ClusterClient::feed(Server& server) {
+    while (!server.frameSent && !_error) {
+        Link* control = link(server.control);
+        if (control && control->output().size() >= kControlTarget) return;
+        const bool last = server.nextPart == _changeParts.size();
+        const bool sent = control && (last ? control->sendShared(MessageType::Frame,
+                                                                 frameMessage(server.withViews, server.withTime))
+                                           : control->sendShared(MessageType::Changes, _changeParts[server.nextPart]));
+        if (!sent) return fail(fmt::format("{} does not take its data: too much is waiting for it", textOf(server)));
+        if (last) server.frameSent = true;
+        else ++server.nextPart;
     }
-    Link* control = link(server.control);
-    bool sent = control != nullptr;
-    for (const auto& part : _changeParts) sent = sent && control->sendShared(MessageType::Changes, part);
-    sent = sent && control->sendShared(MessageType::Frame, found->payload);
-    if (!sent) return fail(fmt::format("{} does not take its data: too much is waiting for it", textOf(index)));
-    server.outcome.viewBytes = withViews ? _frame.views.size() : 0;
-    server.views = _frame.views;
-    server.time = _frame.time;
+}
+
+std::shared_ptr<const wire::Bytes> ClusterClient::frameMessage(bool withViews, bool withTime) {
+    for (const EncodedFrame& encoded : _encoded)
+        if (encoded.withViews == withViews && encoded.withTime == withTime) return encoded.payload;
+    wire::Frame message;
+    message.number = _frame.number;
+    message.wantPixels = _frame.wantPixels;
+    message.fromNothing = _frame.fromNothing;
+    if (withTime) message.time = _frame.time;
+    if (withViews) message.views = _frame.views;
+    message.changes = _inlineChanges;
+    _encoded.push_back({withViews, withTime, std::make_shared<const wire::Bytes>(wire::encode(message))});
+    return _encoded.back().payload;
 }
 
 Result<void> ClusterClient::message(Server& server, MessageType type, std::span<const std::byte> payload, TimePoint now) {

@@ -41,7 +41,7 @@ struct OutgoingFrame {
     bool fromNothing = false;
     double time = 0.0;
     wire::Bytes views;                                  // encodeViews
-    std::shared_ptr<const wire::Bytes> changes;         // shared by all servers
+    std::vector<wire::Bytes> changes;                   // encodeChanges' parts, each at most kChunkBytes
     std::map<Hash128, MultiStorage> blobs;              // what the changes refer to; servers fetch what they lack
     std::uint64_t digest = 0;                           // of the state that every server must have
 };
@@ -123,6 +123,10 @@ class ClusterClient final : public Endpoint {
         bool tilesDone = true;
         TimePoint readyAt;
         ServerOutcome outcome;
+        bool withViews = false;            // the frame being sent to it has them
+        bool withTime = false;
+        std::size_t nextPart = 0;          // of the change list
+        bool frameSent = true;
         BulkSender sender;
         TileReceiver tiles;
         std::optional<std::string> explanation;
@@ -132,7 +136,9 @@ class ClusterClient final : public Endpoint {
     void greeted(ConnectionId connection, Peer& peer);
     void linkOpen(ConnectionId connection, Peer& peer);
     Result<void> message(Server& server, wire::MessageType type, std::span<const std::byte> payload, TimePoint now);
-    void sendFrame(Server& server, std::size_t index);
+    // Sends what remains of the change list and then the frame, as far as the queue takes it.
+    void feed(Server& server);
+    std::shared_ptr<const wire::Bytes> frameMessage(bool withViews, bool withTime);
     void frameProgress(TimePoint now);
     std::uint64_t bytesSent(const Server& server) const;
     void dial(std::size_t server, bool bulk);
@@ -159,7 +165,8 @@ class ClusterClient final : public Endpoint {
         std::shared_ptr<const wire::Bytes> payload;
     };
     std::vector<EncodedFrame> _encoded;
-    std::vector<std::shared_ptr<const wire::Bytes>> _changeParts;
+    std::vector<std::shared_ptr<const wire::Bytes>> _changeParts;  // all but one that travels in the frame message
+    std::span<const std::byte> _inlineChanges;
     wire::DigestReply _digests;
     std::size_t _digestServer = 0;
 };

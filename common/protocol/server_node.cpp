@@ -196,12 +196,8 @@ Result<void> ServerNode::message(MessageType type, std::span<const std::byte> pa
             _events.push_back(Assigned{assign->wall, std::move(assign->tiles)});
             return {};
         }
-        case MessageType::Changes: {
-            auto& changes = _session->changes;
-            if (changes.size() + payload.size() > wire::kMaxChangeBytes) return failure("a change list is too long");
-            changes.insert(changes.end(), payload.begin(), payload.end());
-            return {};
-        }
+        case MessageType::Changes:
+            return addChanges(payload);
         case MessageType::Frame:
             return frame(payload);
         case MessageType::Swap: {
@@ -231,7 +227,7 @@ Result<void> ServerNode::message(MessageType type, std::span<const std::byte> pa
             if (!data) return data.error();
             auto blob = _session->receiver.part(*data);
             if (!blob) return blob.error();
-            if (*blob) _events.push_back(BlobArrived{(*blob)->hash, std::move((*blob)->content)});
+            if (*blob) _events.push_back(BlobArrived{std::move(**blob)});
             return {};
         }
         case MessageType::DigestQuery: {
@@ -281,17 +277,25 @@ Result<void> ServerNode::frame(std::span<const std::byte> payload) {
     }
     if (frame->time) _session->time = frame->time;
     if (!_session->hasViews || !_session->time) return failure("a session's first frame needs views and a time");
-    wire::Bytes& changes = _session->changes;
-    if (changes.size() + frame->changes.size() > wire::kMaxChangeBytes) return failure("a change list is too long");
-    changes.insert(changes.end(), frame->changes.begin(), frame->changes.end());
+    if (!frame->changes.empty())
+        if (const auto added = addChanges(frame->changes); !added) return added.error();
     request.number = frame->number;
     request.wantPixels = frame->wantPixels;
     request.fromNothing = frame->fromNothing;
     request.time = *_session->time;
-    request.changes = std::exchange(changes, {});
+    request.changes = std::exchange(_session->changes, {});
+    _session->changeBytes = 0;
     _session->lastFrame = frame->number;
     _session->drawing.push_back(frame->number);
     _events.push_back(std::move(request));
+    return {};
+}
+
+Result<void> ServerNode::addChanges(std::span<const std::byte> part) {
+    // An empty part costs memory, too.
+    _session->changeBytes += part.size() + sizeof(wire::Bytes);
+    if (_session->changeBytes > wire::kMaxChangeBytes) return failure("a change list is too long");
+    _session->changes.emplace_back(part.begin(), part.end());
     return {};
 }
 
@@ -319,10 +323,10 @@ void ServerNode::sendReady(std::uint64_t frame, wire::Ready ready) {
 
 void ServerNode::sendFailed(std::uint64_t frame, const std::string& text) { send(wire::Failed{frame, text}); }
 
-void ServerNode::wantBlobs(const std::vector<BlobReceiver::Wanted>& blobs) {
+void ServerNode::wantBlobs(const std::vector<wire::BlobRef>& blobs) {
     if (!_session) return;
     wire::BlobWanted wanted;
-    for (const BlobReceiver::Wanted& blob : blobs) {
+    for (const wire::BlobRef& blob : blobs) {
         if (_session->receiver.expect(blob)) wanted.hashes.push_back(blob.hash);
         if (wanted.hashes.size() == wire::BlobWanted::kMaxHashes) {
             send(wanted);
@@ -348,10 +352,10 @@ void ServerNode::sendJobDone(wire::JobDone done, wire::Bytes result) {
     if (!_session) return;
     done.resultBytes = result.size();
     if (!result.empty()) {
-        done.result = hash128(result);
         MultiStorage content(1);
         content.resize(result.size());
         content.write(0, result);
+        done.result = wire::hashOfBlob(content);
         _session->results.insert_or_assign(done.result, std::move(content));
     }
     send(done);

@@ -12,6 +12,7 @@
 #include "common/protocol/bulk_transfer.h"
 #include "common/protocol/endpoint.h"
 #include "common/protocol/link.h"
+#include "common/wire/blob.h"
 #include "common/wire/messages.h"
 
 namespace umbriel::protocol {
@@ -28,21 +29,20 @@ struct Assigned {
     PixelSize wall;
     std::vector<TileAssignment> tiles;
 };
-// Draw: the changes are the whole list's bytes, not yet looked at.
+// Draw, after applying the parts of a change list (change_codec.h), which nobody has looked at yet.
 struct FrameRequested {
     std::uint64_t number = 0;
     bool wantPixels = false;
     bool fromNothing = false;
     double time = 0.0;
     std::optional<WallViews> views;  // when they changed
-    wire::Bytes changes;
+    std::vector<wire::Bytes> changes;
 };
 struct SwapRequested {
     std::uint64_t frame = 0;
 };
 struct BlobArrived {
-    Hash128 hash;
-    MultiStorage content;
+    wire::Blob blob;
 };
 struct DigestAsked {
     wire::DigestQuery query;
@@ -101,7 +101,7 @@ class ServerNode final : public Endpoint {
     void sendReady(std::uint64_t frame, wire::Ready ready);
     void sendFailed(std::uint64_t frame, const std::string& text);
     // Blobs arrive as events. What is on its way already is not asked for again.
-    void wantBlobs(const std::vector<BlobReceiver::Wanted>& blobs);
+    void wantBlobs(const std::vector<wire::BlobRef>& blobs);
     void sendTiles(std::uint64_t frame, std::vector<TilePixels> tiles);
     void sendDigests(const wire::DigestReply& reply);
     void sendExplanation(const std::string& text);
@@ -131,7 +131,8 @@ class ServerNode final : public Endpoint {
         std::optional<double> time;
         std::deque<std::uint64_t> drawing;  // requested, not ready
         std::deque<std::uint64_t> shown;    // ready, not swapped
-        wire::Bytes changes;                // of the next frame
+        std::vector<wire::Bytes> changes;   // parts of the next frame's list
+        std::size_t changeBytes = 0;
         BulkSender sender;
         BlobReceiver receiver;
         std::map<Hash128, MultiStorage> results;  // of jobs
@@ -143,6 +144,7 @@ class ServerNode final : public Endpoint {
     std::string objection(const wire::Hello& hello) const;
     Result<void> message(wire::MessageType type, std::span<const std::byte> payload);
     Result<void> frame(std::span<const std::byte> payload);
+    Result<void> addChanges(std::span<const std::byte> part);
     template <class Message>
     void send(const Message& message);
     void overflow();

@@ -23,8 +23,8 @@ inline constexpr std::uint16_t kProtocolVersion = 1;
 inline constexpr std::size_t kHeaderBytes = 13;
 // What one bulk message carries at most, so that a heartbeat never waits for more than this behind it.
 inline constexpr std::size_t kChunkBytes = 256 * 1024;
-// Change bytes of one frame, blobs apart.
-inline constexpr std::size_t kMaxChangeBytes = std::size_t{64} << 20;
+// Change bytes of one frame, blobs apart: a snapshot of millions of containers.
+inline constexpr std::size_t kMaxChangeBytes = std::size_t{512} << 20;
 // Change bytes up to this size travel inside the frame message.
 inline constexpr std::size_t kMaxInlineChangeBytes = 64 * 1024;
 inline constexpr std::size_t kMaxViewBytes = 512 * 1024;
