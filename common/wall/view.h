@@ -6,7 +6,7 @@
 #include "common/math/glm.h"
 #include "common/scene/cameras.h"
 #include "common/scene/windows.h"
-#include "common/wall/pixel_rect.h"
+#include "common/math/pixel_rect.h"
 
 namespace umbriel {
 

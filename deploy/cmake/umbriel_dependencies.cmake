@@ -1,5 +1,9 @@
 # Everything comes from Debian 12; docs/dependencies.md says what each is for. deploy/install lists the packages.
 find_package(PkgConfig REQUIRED)
+if(EXISTS ${CMAKE_SOURCE_DIR}/build/boost1.81/usr/include)
+  # deploy/install unpacks Boost there where another version holds its place.
+  list(PREPEND CMAKE_PREFIX_PATH ${CMAKE_SOURCE_DIR}/build/boost1.81/usr)
+endif()
 find_package(Boost 1.81 CONFIG QUIET COMPONENTS headers)
 if(NOT Boost_FOUND)
   message(FATAL_ERROR "Boost 1.81 is needed (libboost1.81-dev); libboost-dev is 1.74, whose Asio does not compile here, "

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/session/cluster.h"
+#include "common/base/result.h"
+#include "common/math/glm.h"
+#include "common/scene/windows.h"
+#include "common/math/pixel_rect.h"
+
+namespace umbriel {
+
+// Parsers of what users type. Every error names the argument, what was given, and what is expected.
+
+struct GridArgument {
+    std::int32_t columns = 1;
+    std::int32_t rows = 1;
+};
+
+// One --light: a direction the light travels, a position, or both, as `dir:`, `point:` and `spot:` say.
+struct LightArgument {
+    enum class Kind { Directional, Point, Spot };
+    Kind kind = Kind::Directional;
+    glm::dvec3 position{0.0};             // metres, point and spot
+    glm::dvec3 direction{0.0, 0.0, -1.0}; // unit length, the way the light travels, directional and spot
+    double coneAngle = 0.0;               // radians, full opening of the cone, spot
+    std::optional<glm::vec3> power;       // W/m^2 (directional) or W/sr; none: chosen from the scene
+    float radius = 0.0f;                  // metres
+};
+
+// "1280x720": both 1 to 1048576.
+Result<PixelSize> parseSize(std::string_view argument, std::string_view text);
+// "3x1", columns x rows.
+Result<GridArgument> parseGrid(std::string_view argument, std::string_view text);
+// "1,2.5,-3": finite numbers.
+Result<glm::dvec3> parseVector(std::string_view argument, std::string_view text);
+Result<double> parseNumber(std::string_view argument, std::string_view text);
+// "dir:x,y,z", "point:x,y,z", "spot:x,y,z:dx,dy,dz:deg", each with an optional "@r,g,b[,radius=m]".
+Result<LightArgument> parseLight(std::string_view text);
+// Short or enum name, as in "std" or "STD_SHADOW_MAP"; a mode this version does not draw is refused as such.
+Result<ShadowMode> parseShadowMode(std::string_view text);
+// "name=host:port,host:port": ports 1 to 65535, [::1]:7420 for IPv6.
+Result<std::vector<ServerAddress>> parseServers(std::string_view text);
+// "depth,position,normal,ids,light", as a mask of Layer; colour is always in.
+Result<std::uint32_t> parseLayers(std::string_view text);
+
+}  // namespace umbriel

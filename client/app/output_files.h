@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/result.h"
+#include "common/image/image.h"
+#include "common/wall/tile_pixels.h"
+
+namespace umbriel {
+
+// Where the pictures of a run go. One --out: a file ending in .exr or .png, a pattern with one %d or %0Nd for the frame
+// number ("x.%04d.exr"), or an existing folder (then frame.%04d.exr in it).
+class OutputFiles {
+   public:
+    // Checks everything that can be checked before drawing: suffix, pattern, that the folder exists and is writable,
+    // that several frames do not go into one file.
+    static Result<OutputFiles> plan(const std::vector<std::string>& outs, std::uint64_t frames);
+
+    bool empty() const { return _patterns.empty(); }
+    // The files of one frame.
+    std::vector<std::filesystem::path> pathsFor(std::uint64_t frame) const;
+    // Writes the frame to all its files; each appears complete or not at all. exposure in EV applies to .png only.
+    Result<std::vector<std::filesystem::path>> write(std::uint64_t frame, const LayeredImage& image, double exposure) const;
+
+   private:
+    std::vector<std::string> _patterns;
+};
+
+// The wall as one picture from the tiles that cover it. Layers are matched by name.
+LayeredImage assembleWall(PixelSize wall, const std::vector<TilePixels>& tiles);
+
+}  // namespace umbriel

@@ -1,0 +1,231 @@
+#include "client/app/render_command.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <ostream>
+
+#include "client/app/progress.h"
+#include "client/import/load_scene.h"
+#include "client/import/procedural.h"
+#include "client/session/animation_player.h"
+#include "client/session/views.h"
+#include "common/base/log.h"
+#include "common/scene/core_types.h"
+#include "common/wall/grid.h"
+
+namespace umbriel {
+namespace {
+
+// One file holds at most this many pixels: 4 GiB of RGBA.
+constexpr std::int64_t kMaxFilePixels = std::int64_t{1} << 28;
+
+Result<CameraArguments> checkCamera(const SceneArguments& arguments) {
+    CameraArguments camera;
+    camera.name = arguments.camera;
+    const bool placed = !arguments.eye.empty() || !arguments.target.empty() || !arguments.up.empty();
+    if (!camera.name.empty() && (placed || arguments.fov))
+        return badInput("--camera names a camera of the file; --eye, --target, --up and --fov describe another: give one or the other");
+    const auto vector = [](std::string_view name, const std::string& text, std::optional<glm::dvec3>& into) -> Result<void> {
+        if (text.empty()) return {};
+        const auto value = parseVector(name, text);
+        if (!value) return value.error();
+        into = *value;
+        return {};
+    };
+    if (const auto eye = vector("--eye", arguments.eye, camera.eye); !eye) return eye.error();
+    if (const auto target = vector("--target", arguments.target, camera.target); !target) return target.error();
+    if (const auto up = vector("--up", arguments.up, camera.up); !up) return up.error();
+    if (camera.eye && camera.target && *camera.eye == *camera.target)
+        return badInput("--eye and --target are the same point; there is no direction to look in");
+    if (camera.up && *camera.up == glm::dvec3(0.0)) return badInput("--up '0,0,0' points nowhere");
+    if (arguments.fov) {
+        if (!(*arguments.fov >= 1e-3 && *arguments.fov <= 179.0))
+            return badInput(fmt::format("--fov {}: expected 0.001 to 179 degrees (vertical)", *arguments.fov));
+        camera.fovDegrees = *arguments.fov;
+    }
+    return camera;
+}
+
+nlohmann::json toJson(const FrameReport& report) {
+    nlohmann::json servers = nlohmann::json::array();
+    for (const ServerReport& server : report.servers)
+        servers.push_back({{"name", server.name},
+                           {"bytes", server.bytes},
+                           {"view_bytes", server.viewBytes},
+                           {"draw_ms", server.drawMilliseconds},
+                           {"wait_ms", server.waitMilliseconds},
+                           {"triangles", server.triangles},
+                           {"shadow_triangles", server.shadowTriangles},
+                           {"digest", toHex(server.digest)}});
+    return {{"frame", report.frame}, {"entries", report.entries}, {"change_bytes", report.changeBytes}, {"servers", servers}};
+}
+
+}  // namespace
+
+int exitCodeOf(const Error& error) {
+    log::error(error.message);
+    return error.kind == Error::Kind::BadInput ? 2 : 1;
+}
+
+Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
+    WallSetup setup;
+    const auto wall = parseSize("--size", arguments.size);
+    if (!wall) return wall.error();
+    setup.wall = *wall;
+    const auto grid = parseGrid("--grid", arguments.grid);
+    if (!grid) return grid.error();
+    auto tiles = gridTiles(setup.wall, grid->columns, grid->rows);
+    if (!tiles) return tiles.error();
+    setup.tiles = std::move(*tiles);
+
+    const auto camera = checkCamera(arguments);
+    if (!camera) return camera.error();
+    setup.stage.camera = *camera;
+    for (const std::string& text : arguments.lights) {
+        const auto light = parseLight(text);
+        if (!light) return light.error();
+        setup.stage.lights.push_back(*light);
+    }
+    const auto shadow = parseShadowMode(arguments.shadow);
+    if (!shadow) return shadow.error();
+    setup.stage.shadowMode = *shadow;
+    if (arguments.mapSize > 16384)
+        return badInput(fmt::format("--map-size {}: expected 1 to 16384 texels, or 0 for the largest power of two within the wall",
+                                    arguments.mapSize));
+    setup.stage.mapSize = arguments.mapSize;
+    if (!arguments.background.empty()) {
+        const auto colour = parseVector("--background", arguments.background);
+        if (!colour) return colour.error();
+        setup.stage.background = glm::vec3(*colour);
+    }
+
+    if (arguments.samples != 1 && arguments.samples != 4)
+        return badInput(fmt::format("--samples {}: expected 1 or 4", arguments.samples));
+    setup.samples = static_cast<std::uint32_t>(arguments.samples);
+    if (arguments.tiles != "exact" && arguments.tiles != "offset")
+        return badInput(fmt::format("--tiles '{}': expected exact or offset", arguments.tiles));
+    setup.tileMode = arguments.tiles == "exact" ? TileMode::Exact : TileMode::Offset;
+
+    setup.cluster.insecureLan = arguments.insecureLan;
+    if (!arguments.servers.empty()) {
+        if (arguments.local) return badInput("--servers and --local exclude each other: servers that run, or embedded ones");
+        auto servers = parseServers(arguments.servers);
+        if (!servers) return servers.error();
+        setup.cluster.servers = std::move(*servers);
+    }
+    const int tileCount = static_cast<int>(setup.tiles.size());
+    setup.cluster.local = arguments.local.value_or(std::min(tileCount, kMaxDefaultServers));
+    if (setup.cluster.local < 1 || setup.cluster.local > 256)
+        return badInput(fmt::format("--local {}: expected 1 to 256 servers", setup.cluster.local));
+    setup.cluster.serverArguments = {"--log-level", arguments.logLevel};
+    return setup;
+}
+
+Result<std::unique_ptr<LoadedStage>> loadStage(const std::string& scene, const TypeRegistry& types,
+                                               const StageOptions& options, double aspectRatio) {
+    auto result = std::make_unique<LoadedStage>();
+    result->scene = std::make_unique<Aspect>(types, result->ids);
+    if (scene.starts_with("demo:")) {
+        const auto demo = buildDemo(scene, *result->scene);
+        if (!demo) return demo.error();
+        result->loaded = *demo;
+    } else {
+        auto file = loadScene(scene, *result->scene, result->ids, {});
+        if (!file) return file.error();
+        result->loaded = file->scene;
+        result->warnings = std::move(file->warnings);
+    }
+    auto stage = buildStage(*result->scene, result->loaded, options, aspectRatio);
+    if (!stage) return stage.error();
+    result->stage = std::move(*stage);
+    for (const std::string& warning : result->warnings) log::warning(fmt::format("{}: {}", scene, warning));
+    for (const std::string& note : result->stage.notes) log::info(note);
+    return result;
+}
+
+int runRender(const RenderArguments& arguments, const std::filesystem::path& serverProgram, std::ostream& out) {
+    auto setup = checkSceneArguments(arguments.scene);
+    if (!setup) return exitCodeOf(setup.error());
+    if (arguments.frames < 1 || arguments.frames > 100'000'000)
+        return exitCodeOf(badInput(fmt::format("--frames {}: expected 1 to 100000000", arguments.frames)));
+    if (!(arguments.fps > 0.0) || !std::isfinite(arguments.fps))
+        return exitCodeOf(badInput(fmt::format("--fps {}: expected more than 0 frames per second", arguments.fps)));
+    if (!(std::abs(arguments.exposure) <= 100.0))
+        return exitCodeOf(badInput(fmt::format("--exposure {}: expected -100 to 100 EV", arguments.exposure)));
+    std::uint32_t layers = static_cast<std::uint32_t>(Layer::Colour);
+    if (!arguments.layers.empty()) {
+        const auto parsed = parseLayers(arguments.layers);
+        if (!parsed) return exitCodeOf(parsed.error());
+        layers = *parsed;
+    }
+    const auto files = OutputFiles::plan(arguments.out, arguments.frames);
+    if (!files) return exitCodeOf(files.error());
+    if (!files->empty() && std::int64_t{setup->wall.width} * setup->wall.height > kMaxFilePixels)
+        return exitCodeOf(badInput(fmt::format("--size {}: one picture file holds at most {} pixels; leave --out away to draw "
+                                               "without writing", arguments.scene.size, kMaxFilePixels)));
+
+    TypeRegistry types;
+    registerCoreTypes(types);
+    const double aspectRatio = static_cast<double>(setup->wall.width) / setup->wall.height;
+    auto loaded = loadStage(arguments.scene.scene, types, setup->stage, aspectRatio);
+    if (!loaded) return exitCodeOf(loaded.error());
+    Aspect& scene = *(*loaded)->scene;
+    const Stage& stage = (*loaded)->stage;
+
+    setup->cluster.serverProgram = serverProgram;
+    auto cluster = Cluster::connect(setup->cluster, types, setup->tiles);
+    if (!cluster) return exitCodeOf(cluster.error());
+
+    nlohmann::json frames = nlohmann::json::array();
+    std::vector<std::string> written;
+    AnimationPlayer player(scene, (*loaded)->loaded);
+    Progress progress("frame", arguments.frames, arguments.scene.quiet || arguments.json);
+    for (std::uint64_t i = 0; i < arguments.frames; ++i) {
+        const double time = static_cast<double>(i) / arguments.fps;
+        player.advanceTo(time, scene);
+        auto views = resolveViews(scene, stage.window, setup->wall);
+        if (!views) return exitCodeOf(views.error());
+        for (const std::string& warning : views->warnings)
+            if (i == 0) log::warning(warning);
+        views->views.tiles = setup->tileMode;
+        views->views.samples = setup->samples;
+        views->views.layers = layers;
+        auto report = (*cluster)->frame(scene, views->views, time, !files->empty());
+        if (!report) return exitCodeOf(report.error());
+        if (!files->empty()) {
+            const auto paths = files->write(report->frame, assembleWall(setup->wall, report->tiles), arguments.exposure);
+            if (!paths) return exitCodeOf(paths.error());
+            for (const auto& path : *paths) written.push_back(path.string());
+        }
+        if (arguments.json) frames.push_back(toJson(*report));
+        progress.step();
+    }
+    progress.finish();
+
+    if (arguments.explain) {
+        auto plans = (*cluster)->explain();
+        if (!plans) return exitCodeOf(plans.error());
+        if (!arguments.json)
+            for (const std::string& plan : *plans) out << plan << '\n';
+    }
+    if (arguments.json) {
+        out << nlohmann::json({{"scene", arguments.scene.scene},
+                               {"size", {setup->wall.width, setup->wall.height}},
+                               {"tiles", setup->tiles.size()},
+                               {"frames", frames},
+                               {"files", written},
+                               {"warnings", (*loaded)->warnings}})
+                   .dump(2)
+            << '\n';
+    } else if (!arguments.scene.quiet) {
+        for (const std::string& path : written) out << path << '\n';
+    }
+    if (files->empty() && !arguments.json && !arguments.explain && !arguments.scene.quiet)
+        log::warning("nothing was written: name a file with --out, or ask for --json or --explain");
+    return out.good() ? 0 : 1;
+}
+
+}  // namespace umbriel

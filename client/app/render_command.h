@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/app/output_files.h"
+#include "client/app/stage.h"
+#include "client/session/cluster.h"
+#include "common/base/result.h"
+
+namespace umbriel {
+
+// What render and view have in common, as typed.
+struct SceneArguments {
+    std::string scene;                    // a file or "demo:..."
+    std::string servers;                  // host:port,...; empty: embedded
+    std::optional<int> local;             // embedded servers; none: one per tile, at most kMaxDefaultServers
+    std::string grid = "1x1";
+    std::string size = "1280x720";        // the whole wall
+    std::string camera;
+    std::string eye, target, up;
+    std::optional<double> fov;            // degrees, vertical
+    std::string shadow = "none";
+    std::uint32_t mapSize = 512;
+    std::vector<std::string> lights;
+    std::string background;               // r,g,b
+    int samples = 1;
+    std::string tiles = "offset";
+    bool insecureLan = false;
+    bool quiet = false;
+    std::string logLevel = "warning";
+};
+inline constexpr int kMaxDefaultServers = 16;
+
+struct RenderArguments {
+    SceneArguments scene;
+    std::vector<std::string> out;
+    std::string layers;
+    std::uint64_t frames = 1;
+    double fps = 25.0;
+    double exposure = 0.0;                // EV
+    bool json = false;
+    bool explain = false;
+};
+
+// Everything checked that can be checked without loading the scene or starting a server.
+struct WallSetup {
+    PixelSize wall;
+    std::vector<TileAssignment> tiles;
+    StageOptions stage;
+    ClusterOptions cluster;
+    TileMode tileMode = TileMode::Offset;
+    std::uint32_t samples = 1;
+};
+Result<WallSetup> checkSceneArguments(const SceneArguments& arguments);
+
+// A loaded scene with its stage, ready for frames.
+struct LoadedStage {
+    IdSource ids;
+    std::unique_ptr<Aspect> scene;
+    Ref<LoadedScene> loaded;
+    Stage stage;
+    std::vector<std::string> warnings;
+};
+// Loads a file (in a child process) or builds a demo, and sets the stage. Warnings also go to the log.
+Result<std::unique_ptr<LoadedStage>> loadStage(const std::string& scene, const TypeRegistry& types,
+                                               const StageOptions& options, double aspectRatio);
+
+// Prints the error to the log and gives the exit code of its kind.
+int exitCodeOf(const Error& error);
+
+// umbriel render. Exit code 0, 1 or 2 (docs/commands.md).
+int runRender(const RenderArguments& arguments, const std::filesystem::path& serverProgram, std::ostream& out);
+
+}  // namespace umbriel

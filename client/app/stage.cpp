@@ -1,0 +1,207 @@
+#include "client/app/stage.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "common/math/box.h"
+#include "common/scene/lights.h"
+#include "common/scene/traversal.h"
+
+namespace umbriel {
+namespace {
+
+constexpr double kDefaultFovY = 45.0 * std::numbers::pi / 180.0;
+// From the viewer to the scene when nobody says where to stand: slightly from above and the right.
+constexpr glm::dvec3 kDefaultViewDirection{-0.5, -0.35, -0.8};
+// An inner cone of 90 % of the outer one: a visible soft edge, as of a real reflector.
+constexpr double kInnerConeShare = 0.9;
+// Radiance 1 from a white diffuse surface that faces the light.
+constexpr float kDefaultIrradiance = std::numbers::pi_v<float>;
+
+template <class Core>
+void setOn(Aspect& scene, ContainerId core, bool on) {
+    if (scene.findAs<Core>(core)) scene.edit(Ref<Core>(core)).template set<&Core::on>(on);
+}
+
+void switchOff(Aspect& scene, const std::vector<LightInEffect>& lights) {
+    for (const LightInEffect& light : lights) {
+        setOn<AmbientLight>(scene, light.core, false);
+        setOn<DirectionalLight>(scene, light.core, false);
+        setOn<PointLight>(scene, light.core, false);
+        setOn<SpotLight>(scene, light.core, false);
+    }
+}
+
+// Builds upwards: every light becomes a new root above everything, so it lights all of it; beacons stand beside the scene.
+class LightChain {
+   public:
+    LightChain(Aspect& scene, Ref<Node> root) : _scene(scene), _root(root) {
+        _beacons = scene.create<Node>("beacons");
+        wrap(scene.create<Node>("stage"), {_beacons, root});
+    }
+
+    Ref<Node> root() const { return _root; }
+
+    Ref<Node> addBeacon(const std::string& name, const glm::dvec3& position, const glm::dmat3& orientation, Ref<Transform>* pose) {
+        const Ref<Transform> transform = _scene.create<Transform>(name);
+        _scene.edit(transform).set<&Transform::linear>(glm::mat3(orientation)).set<&Transform::translation>(position);
+        const Ref<Node> beacon = _scene.create<Node>(name);
+        _scene.edit(beacon).set<&Node::core>(Ref<Container>(transform.id));
+        _scene.edit(_beacons).append<&Node::children>(beacon);
+        if (pose) *pose = transform;
+        return beacon;
+    }
+
+    void add(const std::string& name, ContainerId core) {
+        const Ref<Node> node = _scene.create<Node>(name);
+        _scene.edit(node).set<&Node::core>(Ref<Container>(core));
+        wrap(node, {_root});
+    }
+
+   private:
+    void wrap(Ref<Node> node, const std::vector<Ref<Node>>& children) {
+        _scene.edit(node).assign<&Node::children>(children);
+        _root = node;
+    }
+
+    Aspect& _scene;
+    Ref<Node> _root;
+    Ref<Node> _beacons;
+};
+
+void addLight(Aspect& scene, LightChain& chain, const LightArgument& light, const std::string& name, const glm::dvec3& centre) {
+    const Ref<Node> beacon = chain.addBeacon(name, light.position, lookingAt({0, 0, 0}, light.direction, {0, 1, 0}), nullptr);
+    if (light.kind == LightArgument::Kind::Directional) {
+        const Ref<DirectionalLight> core = scene.create<DirectionalLight>(name);
+        scene.edit(core)
+            .set<&DirectionalLight::beacon>(beacon)
+            .set<&DirectionalLight::irradiance>(light.power.value_or(glm::vec3(kDefaultIrradiance)));
+        return chain.add(name, core);
+    }
+    // Bright enough that the middle of the scene gets what the default sun gives.
+    const double distance = glm::distance(light.position, centre);
+    const float matching = static_cast<float>(kDefaultIrradiance * std::max(distance * distance, 1e-12));
+    const glm::vec3 intensity = light.power.value_or(glm::vec3(matching));
+    if (light.kind == LightArgument::Kind::Point) {
+        const Ref<PointLight> core = scene.create<PointLight>(name);
+        scene.edit(core)
+            .set<&PointLight::beacon>(beacon)
+            .set<&PointLight::intensity>(intensity)
+            .set<&PointLight::radius>(light.radius);
+        return chain.add(name, core);
+    }
+    const Ref<SpotLight> core = scene.create<SpotLight>(name);
+    scene.edit(core)
+        .set<&SpotLight::beacon>(beacon)
+        .set<&SpotLight::intensity>(intensity)
+        .set<&SpotLight::outerAngle>(static_cast<float>(0.5 * light.coneAngle))
+        .set<&SpotLight::innerAngle>(static_cast<float>(0.5 * kInnerConeShare * light.coneAngle))
+        .set<&SpotLight::radius>(light.radius);
+    chain.add(name, core);
+}
+
+// Where to stand so that a sphere around the scene fits into the narrower field of view.
+double framingDistance(double radius, double fovY, double aspectRatio) {
+    const double halfY = 0.5 * fovY;
+    const double halfX = std::atan(std::tan(halfY) * aspectRatio);
+    return radius / std::sin(std::min(halfX, halfY));
+}
+
+Result<Ref<Container>> namedCamera(const Aspect& scene, const LoadedScene& loaded, const std::string& name) {
+    std::string known;
+    for (const Ref<Container>& camera : loaded.cameras.toVector()) {
+        const Container* container = scene.find(camera.id);
+        if (!container) continue;
+        if (container->name.get() == name) return camera;
+        known += (known.empty() ? "'" : ", '") + container->name.get() + "'";
+    }
+    return badInput(known.empty() ? fmt::format("--camera '{}': the scene has no cameras", name)
+                                  : fmt::format("--camera '{}': the scene has no such camera; it has {}", name, known));
+}
+
+}  // namespace
+
+glm::dmat3 lookingAt(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up) {
+    const glm::dvec3 back = glm::normalize(eye - target);
+    const glm::dvec3 upUnit = glm::length(up) > 0.0 ? glm::normalize(up) : glm::dvec3(0, 1, 0);
+    // Within a few thousandths of a degree of parallel there is no usable up: take the axis least along the view.
+    glm::dvec3 right = glm::cross(upUnit, back);
+    if (glm::length(right) < 1e-4) {
+        const glm::dvec3 size = glm::abs(back);
+        const glm::dvec3 other = size.z <= size.x && size.z <= size.y ? glm::dvec3(0, 0, back.y > 0.0 ? -1 : 1)
+                                 : size.x <= size.y                   ? glm::dvec3(1, 0, 0)
+                                                                      : glm::dvec3(0, 1, 0);
+        right = glm::cross(other, back);
+    }
+    right = glm::normalize(right);
+    return {right, glm::cross(back, right), back};
+}
+
+Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageOptions& options, double aspectRatio) {
+    const LoadedScene& loaded = scene.get(loadedRef);
+    const Ref<Node> sceneRoot = loaded.root;
+    GeometryBounds geometryBounds;
+    const Box3d bounds = worldBounds(scene, sceneRoot, geometryBounds);
+    const glm::dvec3 centre = bounds.empty() ? glm::dvec3(0.0) : bounds.centre();
+    const double radius = bounds.empty() ? 1.0 : std::max(0.5 * bounds.diagonal(), 1e-9);
+    Stage stage;
+    LightChain chain(scene, sceneRoot);
+
+    const std::vector<LightInEffect> own = lightsInEffect(scene, sceneRoot, Hierarchy(scene, sceneRoot));
+    if (!options.lights.empty()) {
+        if (!own.empty()) stage.notes.push_back(fmt::format("--light replaces the scene's own {} lights", own.size()));
+        switchOff(scene, own);
+        for (std::size_t i = 0; i < options.lights.size(); ++i)
+            addLight(scene, chain, options.lights[i], fmt::format("light {}", i), centre);
+    } else if (own.empty()) {
+        stage.notes.push_back("the scene has no lights: a default sun and a weak ambient light are used");
+        LightArgument sun;
+        sun.direction = glm::normalize(kDefaultSunDirection);
+        addLight(scene, chain, sun, "default sun", centre);
+        const Ref<AmbientLight> ambient = scene.create<AmbientLight>("default ambient");
+        scene.edit(ambient).set<&AmbientLight::radiance>(glm::vec3(kDefaultAmbientRadiance));
+        chain.add("default ambient", ambient);
+    }
+
+    // Our own camera stands by even when the file's is used: a viewer moves on from there.
+    const CameraArguments& camera = options.camera;
+    const double fovY = camera.fovDegrees ? *camera.fovDegrees * std::numbers::pi / 180.0 : kDefaultFovY;
+    const glm::dvec3 target = camera.target.value_or(centre);
+    glm::dvec3 eye = camera.eye.value_or(target - framingDistance(radius, fovY, aspectRatio) * glm::normalize(kDefaultViewDirection));
+    if (eye == target) eye.z += radius;
+    stage.cameraBeacon = chain.addBeacon("camera", eye, lookingAt(eye, target, camera.up.value_or(glm::dvec3(0, 1, 0))), &stage.cameraPose);
+    stage.ownCamera = scene.create<PerspectiveCamera>("umbriel camera");
+    scene.edit(stage.ownCamera).set<&PerspectiveCamera::beacon>(stage.cameraBeacon).set<&PerspectiveCamera::fovY>(fovY);
+
+    Ref<Container> chosen(stage.ownCamera.id);
+    const bool described = camera.eye || camera.target || camera.up || camera.fovDegrees;
+    if (!camera.name.empty()) {
+        const auto named = namedCamera(scene, loaded, camera.name);
+        if (!named) return named.error();
+        chosen = *named;
+    } else if (!described && !loaded.cameras.empty()) {
+        chosen = loaded.cameras[0];
+    }
+
+    stage.root = chain.root();
+    stage.viewport = scene.create<Viewport>("viewport");
+    {
+        auto edit = scene.edit(stage.viewport);
+        edit.set<&Viewport::root>(stage.root);
+        edit.set<&Viewport::camera>(chosen);
+        edit.set<&Viewport::shadowMode>(options.shadowMode);
+        edit.set<&Viewport::mapSize>(options.mapSize);
+        if (options.background) {
+            const Ref<ColourBackground> background = scene.create<ColourBackground>("background");
+            scene.edit(background).set<&ColourBackground::colour>(glm::vec4(*options.background, 1.0f));
+            edit.set<&Viewport::background>(Ref<Container>(background.id));
+        }
+    }
+    stage.window = scene.create<Window>("window");
+    scene.edit(stage.window).append<&Window::viewports>(stage.viewport);
+    return stage;
+}
+
+}  // namespace umbriel

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/app/arguments.h"
+#include "common/base/result.h"
+#include "common/scene/animation.h"
+#include "common/scene/aspect.h"
+#include "common/scene/windows.h"
+
+namespace umbriel {
+
+// How the user looks at the scene; none of it given: the file's first camera, else the whole scene in view.
+struct CameraArguments {
+    std::string name;                      // of a camera in the file
+    std::optional<glm::dvec3> eye;
+    std::optional<glm::dvec3> target;
+    std::optional<glm::dvec3> up;
+    std::optional<double> fovDegrees;      // vertical
+};
+
+struct StageOptions {
+    CameraArguments camera;
+    std::vector<LightArgument> lights;
+    ShadowMode shadowMode = ShadowMode::None;
+    std::uint32_t mapSize = 512;
+    std::optional<glm::vec3> background;   // linear; none: transparent black
+};
+
+// What stands around a loaded scene so that it can be drawn: lights, a camera with its beacon, a background, a viewport
+// and the window that holds it.
+struct Stage {
+    Ref<Window> window;
+    Ref<Viewport> viewport;
+    Ref<Node> root;                        // of everything that is drawn
+    Ref<Node> cameraBeacon;                // where a camera of ours stands; none when the file's camera is used
+    Ref<Transform> cameraPose;
+    Ref<PerspectiveCamera> ownCamera;
+    std::vector<std::string> notes;        // what was chosen for the user, for the log
+};
+
+// The default light, used when neither the file nor the user brings one: a sun from the upper left behind the viewer and a
+// weak ambient light.
+inline constexpr glm::dvec3 kDefaultSunDirection{0.45, -0.75, -0.55};  // the way it travels, before normalising
+inline constexpr float kDefaultAmbientRadiance = 0.15f;                // W/(m^2 sr)
+
+Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loaded, const StageOptions& options, double aspectRatio);
+
+// A pose whose -z looks from eye to target. up may not be parallel to that direction; when it is, another is chosen.
+glm::dmat3 lookingAt(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up);
+
+}  // namespace umbriel

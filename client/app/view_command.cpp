@@ -1,0 +1,136 @@
+#include "client/app/view_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "client/app/orbit.h"
+#include "client/app/window.h"
+#include "client/session/animation_player.h"
+#include "client/session/views.h"
+#include "common/base/log.h"
+#include "common/scene/core_types.h"
+#include "common/scene/traversal.h"
+#include "common/wall/grid.h"
+
+namespace umbriel {
+namespace {
+
+// Time of the animation: stands while stopped, else runs with the clock.
+class Playback {
+   public:
+    explicit Playback(const Clock& clock) : _clock(clock), _last(clock.now()) {}
+    double advance() {
+        const TimePoint now = _clock.now();
+        if (_running) _time += toSeconds(now - _last);
+        _last = now;
+        return _time;
+    }
+    void toggle() { _running = !_running; }
+
+   private:
+    const Clock& _clock;
+    TimePoint _last;
+    double _time = 0.0;
+    bool _running = true;
+};
+
+// Puts the stage's own camera on the orbit; the first movement leaves a file's camera for it.
+class CameraControl {
+   public:
+    CameraControl(Aspect& scene, Stage& stage, const View& first) : _scene(scene), _stage(stage) {
+        const Box3d bounds = worldBounds(scene, stage.root);
+        const glm::dvec3 forward = -glm::dvec3(first.viewFromWorld[0].z, first.viewFromWorld[1].z, first.viewFromWorld[2].z);
+        // The point looked at: where the view axis passes the middle of the scene.
+        const glm::dvec3 middle = bounds.empty() ? glm::dvec3(0.0) : bounds.centre();
+        const double size = bounds.empty() ? 1.0 : std::max(bounds.diagonal(), 1e-9);
+        const double distance = std::max(glm::dot(middle - first.eyeWorld, forward), 0.05 * size);
+        _orbit = Orbit::around(first.eyeWorld + distance * forward, first.eyeWorld);
+    }
+
+    void apply(const WindowInput& input, PixelSize window) {
+        const bool moved = input.orbitX != 0 || input.orbitY != 0 || input.panX != 0 || input.panY != 0 || input.wheel != 0;
+        if (!moved || window.height <= 0) return;
+        const double perPixel = 1.0 / window.height;
+        _orbit.turn(input.orbitX * perPixel, input.orbitY * perPixel);
+        _orbit.pan(input.panX * perPixel, input.panY * perPixel);
+        _orbit.approach(input.wheel);
+        const glm::dvec3 eye = _orbit.eye();
+        _scene.edit(_stage.cameraPose)
+            .set<&Transform::linear>(glm::mat3(lookingAt(eye, _orbit.centre, {0, 1, 0})))
+            .set<&Transform::translation>(eye);
+        _scene.edit(_stage.viewport).set<&Viewport::camera>(Ref<Container>(_stage.ownCamera.id));
+    }
+
+   private:
+    Aspect& _scene;
+    Stage& _stage;
+    Orbit _orbit;
+};
+
+}  // namespace
+
+int runView(const ViewArguments& arguments, const std::filesystem::path& serverProgram) {
+    SceneArguments sceneArguments = arguments.scene;
+    // One window on this machine: one embedded server unless a wall is asked for.
+    if (!sceneArguments.local && sceneArguments.servers.empty() && sceneArguments.grid == "1x1") sceneArguments.local = 1;
+    auto setup = checkSceneArguments(sceneArguments);
+    if (!setup) return exitCodeOf(setup.error());
+    const auto grid = parseGrid("--grid", sceneArguments.grid);
+    if (!grid) return exitCodeOf(grid.error());
+
+    auto window = DisplayWindow::open(setup->wall, "umbriel");
+    if (!window) return exitCodeOf(window.error());
+    TypeRegistry types;
+    registerCoreTypes(types);
+    auto loaded = loadStage(sceneArguments.scene, types, setup->stage,
+                            static_cast<double>(setup->wall.width) / setup->wall.height);
+    if (!loaded) return exitCodeOf(loaded.error());
+    Aspect& scene = *(*loaded)->scene;
+    Stage& stage = (*loaded)->stage;
+    setup->cluster.serverProgram = serverProgram;
+    auto cluster = Cluster::connect(setup->cluster, types, setup->tiles);
+    if (!cluster) return exitCodeOf(cluster.error());
+
+    const SteadyClock clock;
+    Playback playback(clock);
+    AnimationPlayer player(scene, (*loaded)->loaded);
+    std::optional<CameraControl> camera;
+    TimePoint titleTime = clock.now();
+    std::uint64_t titleFrames = 0;
+    for (std::uint64_t frames = 0; arguments.frames == 0 || frames < arguments.frames; ++frames) {
+        const WindowInput input = (*window)->poll();
+        if (input.closed) break;
+        if (input.animationToggled) playback.toggle();
+        if (const PixelSize size = (*window)->size(); size.width > 0 && size.height > 0 && size != setup->wall) {
+            // A window smaller than its grid keeps its tiles until it is larger again.
+            if (auto tiles = gridTiles(size, grid->columns, grid->rows)) {
+                if (const auto assigned = (*cluster)->assign(*tiles); !assigned) return exitCodeOf(assigned.error());
+                setup->wall = size;
+            }
+        }
+        const double time = playback.advance();
+        player.advanceTo(time, scene);
+        if (camera) camera->apply(input, setup->wall);
+        auto views = resolveViews(scene, stage.window, setup->wall);
+        if (!views) return exitCodeOf(views.error());
+        if (!camera && !views->views.views.empty()) camera.emplace(scene, stage, views->views.views.front());
+        views->views.tiles = setup->tileMode;
+        views->views.samples = setup->samples;
+        auto report = (*cluster)->frame(scene, views->views, time, true);
+        if (!report) return exitCodeOf(report.error());
+        (*window)->show(assembleWall(setup->wall, report->tiles).rgba);
+
+        ++titleFrames;
+        if (const TimePoint now = clock.now(); now - titleTime >= std::chrono::seconds(1)) {
+            (*window)->setTitle(fmt::format("umbriel - {} - {:.1f} frames/s", sceneArguments.scene,
+                                            static_cast<double>(titleFrames) / toSeconds(now - titleTime)));
+            titleTime = now;
+            titleFrames = 0;
+        }
+    }
+    return 0;
+}
+
+}  // namespace umbriel

@@ -1,0 +1,151 @@
+// The umbriel program: argument parsing only; every command lives in client/app.
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+
+#include "client/app/compare_command.h"
+#include "client/app/doctor_command.h"
+#include "client/app/render_command.h"
+#include "client/app/view_command.h"
+#include "client/import/import_child.h"
+#include "common/base/log.h"
+#include "common/base/version.h"
+
+namespace {
+
+using namespace umbriel;
+
+// Where umbriel-server lies: beside this program.
+std::filesystem::path serverBesideThisProgram() {
+    std::error_code error;
+    const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
+    return error ? std::filesystem::path("umbriel-server") : self.parent_path() / "umbriel-server";
+}
+
+void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
+    command.add_option("SCENE", arguments.scene, "a .gltf, .glb or .obj file, or demo:city, demo:car, demo:cloth, demo:spheres?n=N")
+        ->required();
+    command.add_option("--servers", arguments.servers, "servers that run already: HOST:PORT or NAME=HOST:PORT, separated by commas");
+    command.add_option("--local", arguments.local, "start this many servers on this machine (default: one per tile, at most 16)");
+    command.add_option("--grid", arguments.grid, "the wall's tiles, COLUMNSxROWS")->capture_default_str();
+    command.add_option("--size", arguments.size, "the whole wall in pixels, WIDTHxHEIGHT")->capture_default_str();
+    command.add_option("--camera", arguments.camera, "a camera of the file, by name (default: its first, else all in view)");
+    command.add_option("--eye", arguments.eye, "where the camera stands, x,y,z in metres");
+    command.add_option("--target", arguments.target, "what it looks at, x,y,z");
+    command.add_option("--up", arguments.up, "what is up, x,y,z (default 0,1,0)");
+    command.add_option("--fov", arguments.fov, "vertical field of view in degrees");
+    command.add_option("--shadow", arguments.shadow, "shadow mode: none, std")->capture_default_str();
+    command.add_option("--map-size", arguments.mapSize, "shadow map size in texels; 0: the largest power of two within the wall")
+        ->capture_default_str();
+    command.add_option("--light", arguments.lights,
+                       "dir:x,y,z | point:x,y,z | spot:x,y,z:dx,dy,dz:deg, optionally @r,g,b[,radius=m] (W/m2 or W/sr, linear); "
+                       "dir and spot give the way the light travels, deg is the cone's full opening; repeatable");
+    command.add_option("--background", arguments.background, "r,g,b linear (default: transparent black)");
+    command.add_option("--samples", arguments.samples, "samples per pixel, 1 or 4")->capture_default_str();
+    command.add_option("--tiles", arguments.tiles, "exact: bit-equal to one server, needs wall-sized targets; offset")
+        ->capture_default_str();
+    command.add_flag("--insecure-lan", arguments.insecureLan, "allow unencrypted servers beyond this machine");
+    command.add_flag("--quiet", arguments.quiet, "print errors only");
+    command.add_option("--log-level", arguments.logLevel, "trace, debug, info, warning, error, off")->capture_default_str();
+}
+
+// CLI11 reports usage errors by exception; they end here.
+int parse(CLI::App& app, int argc, char** argv) {
+    try {
+        app.parse(argc, argv);
+        return -1;
+    } catch (const CLI::CallForHelp&) {
+        std::cout << app.help();
+        return 0;
+    } catch (const CLI::CallForAllHelp&) {
+        std::cout << app.help("", CLI::AppFormatMode::All);
+        return 0;
+    } catch (const CLI::CallForVersion&) {
+        std::cout << "umbriel " << kVersion << '\n';
+        return 0;
+    } catch (const CLI::ParseError& error) {
+        std::cerr << "error: " << error.what() << "\nTry 'umbriel --help' or 'umbriel COMMAND --help'.\n";
+        return 2;
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app{"Umbriel: one scene on many displays, with measured shadows."};
+    app.set_version_flag("--version", std::string("umbriel ") + kVersion);
+    app.require_subcommand(1);
+    app.footer("Examples:\n"
+               "  umbriel render demo:city --grid 2x2 --size 1280x720 --shadow std --out wall.png\n"
+               "  umbriel render scene.glb --servers left=render1:7420,right=render2:7420 --grid 2x1 --out wall.exr\n"
+               "  umbriel compare wall.exr one.exr --json\n"
+               "  umbriel view demo:car\n"
+               "  umbriel doctor\n"
+               "Exit codes: 0 done, 1 failed, 2 wrong usage or bad input.");
+
+    RenderArguments render;
+    CLI::App* renderCommand = app.add_subcommand("render", "draw one or more frames off screen into EXR or PNG files");
+    addSceneOptions(*renderCommand, render.scene);
+    renderCommand->add_option("--out", render.out, "x.exr, x.png, a pattern such as x.%04d.exr, or a folder; repeatable");
+    renderCommand->add_option("--layers", render.layers, "further EXR layers: depth,position,normal,ids,light");
+    renderCommand->add_option("--frames", render.frames, "how many frames")->capture_default_str();
+    renderCommand->add_option("--fps", render.fps, "frames per second of the animation")->capture_default_str();
+    renderCommand->add_option("--exposure", render.exposure, "exposure of PNG files in EV")->capture_default_str();
+    renderCommand->add_flag("--json", render.json, "print what was done and measured as JSON");
+    renderCommand->add_flag("--explain", render.explain, "print each server's frame plan: passes, shader variants, bytes");
+    renderCommand->footer("Example: umbriel render demo:car --grid 3x1 --size 1920x540 --shadow std --frames 25 --out car.%04d.exr");
+
+    ViewArguments view;
+    CLI::App* viewCommand = app.add_subcommand("view", "look at a scene in a window");
+    addSceneOptions(*viewCommand, view.scene);
+    viewCommand->add_option("--frames", view.frames, "close after this many frames; 0: when the user closes the window")
+        ->capture_default_str();
+    viewCommand->footer("Drag: orbit. Right drag or shift: pan. Wheel: distance. Space: stop and start the animation. Esc: close.");
+
+    CompareOptions compare;
+    std::string compareA, compareB, compareGrid;
+    CLI::App* compareCommand = app.add_subcommand("compare", "measure how two pictures differ");
+    compareCommand->add_option("A", compareA, "an .exr, .png or .hdr file")->required();
+    compareCommand->add_option("B", compareB, "another of the same size")->required();
+    compareCommand->add_option("--exposure", compare.exposure, "EV before clamping and rounding to 8 bits")->capture_default_str();
+    compareCommand->add_option("--grid", compareGrid, "measure each tile of COLUMNSxROWS as well");
+    compareCommand->add_flag("--json", compare.json, "print JSON");
+
+    DoctorOptions doctor;
+    CLI::App* doctorCommand = app.add_subcommand("doctor", "say what works on this machine");
+    doctorCommand->add_flag("--json", doctor.json, "print JSON");
+
+    ImportChildOptions importChild;
+    CLI::App* importChildCommand = app.add_subcommand("import-child", "internal: parse a file for the client");
+    importChildCommand->group("");
+    addImportChildOptions(*importChildCommand, importChild);
+
+    if (const int code = parse(app, argc, argv); code >= 0) return code;
+
+    const auto setLogLevel = [](const std::string& level) {
+        if (log::setLevel(level)) return true;
+        std::cerr << "error: --log-level '" << level << "': expected trace, debug, info, warning, error or off\n";
+        return false;
+    };
+    if (*importChildCommand) return runImportChild(importChild);
+    if (*renderCommand) {
+        if (!setLogLevel(render.scene.logLevel)) return 2;
+        return runRender(render, serverBesideThisProgram(), std::cout);
+    }
+    if (*viewCommand) {
+        if (!setLogLevel(view.scene.logLevel)) return 2;
+        return runView(view, serverBesideThisProgram());
+    }
+    if (*compareCommand) {
+        compare.a = compareA;
+        compare.b = compareB;
+        if (!compareGrid.empty()) {
+            const auto grid = parseGrid("--grid", compareGrid);
+            if (!grid) return exitCodeOf(grid.error());
+            compare.grid = {grid->columns, grid->rows};
+        }
+        return runCompare(compare, std::cout, std::cerr);
+    }
+    return runDoctor(doctor, serverBesideThisProgram(), std::cout);
+}

@@ -1,0 +1,129 @@
+#include "common/image/image_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <new>
+#include <string_view>
+#include <system_error>
+
+#include "common/image/exr_io.h"
+#include "common/image/png_io.h"
+
+// Private to this file, so that it meets no other copy of the library at link time.
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_ONLY_HDR
+#define STBI_MAX_DIMENSIONS (1 << 17)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+#pragma GCC diagnostic ignored "-Wsign-compare"
+#include <stb/stb_image.h>
+#pragma GCC diagnostic pop
+
+namespace umbriel {
+namespace {
+
+// stb_image takes zeros for what lies behind the end of a file. It fills a buffer of its own (where the file may end)
+// or asks for the few bytes it needs now: coming up short on those, or with nothing, means the file is cut off.
+struct HdrStream {
+    static constexpr int kStbBuffer = 128;
+
+    std::FILE* file = nullptr;
+    bool cutOff = false;
+
+    static int read(void* user, char* to, int count) {
+        auto* stream = static_cast<HdrStream*>(user);
+        const int got = static_cast<int>(std::fread(to, 1, static_cast<std::size_t>(count), stream->file));
+        stream->cutOff = stream->cutOff || got == 0 || (got < count && count < kStbBuffer);
+        return got;
+    }
+    static void skip(void* user, int count) { std::fseek(static_cast<HdrStream*>(user)->file, count, SEEK_CUR); }
+    static int atEnd(void* user) { return std::feof(static_cast<HdrStream*>(user)->file); }
+};
+
+Result<LayeredImage> readHdr(const std::filesystem::path& path, const ImageLimits& limits) {
+    const std::string name = path.string();
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(name.c_str(), "rbe"), &std::fclose);
+    int width = 0;
+    int height = 0;
+    int channels = 0;
+    if (!file || stbi_info_from_file(file.get(), &width, &height, &channels) == 0 || width <= 0 || height <= 0) {
+        return badInput(fmt::format("cannot read '{}': no sound Radiance header", name));
+    }
+    // stb_image decodes into three floats, we copy into four.
+    const std::uint64_t pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+    if (pixels > limits.pixels || pixels * 7 * sizeof(float) > limits.bytes) {
+        return badInput(fmt::format("cannot read '{}': {} x {} pixels are more than the limit of {} pixels or {} MiB",
+                                    name, width, height, limits.pixels, limits.bytes >> 20));
+    }
+    HdrStream stream{file.get()};
+    const stbi_io_callbacks callbacks{&HdrStream::read, &HdrStream::skip, &HdrStream::atEnd};
+    const std::unique_ptr<float, void (*)(void*)> decoded(
+        stbi_loadf_from_callbacks(&callbacks, &stream, &width, &height, &channels, 3), &stbi_image_free);
+    if (!decoded || stream.cutOff) {
+        return badInput(
+            fmt::format("cannot read '{}': {}", name, decoded ? "the file is incomplete" : stbi_failure_reason()));
+    }
+    LayeredImage image;
+    image.rgba = makeRgbaImage(width, height);
+    const float* from = decoded.get();
+    float* to = image.rgba.samples().data();
+    for (std::size_t i = 0; i < image.rgba.pixelCount(); ++i, from += 3, to += 4) {
+        std::copy_n(from, 3, to);
+        to[3] = 1.0F;
+    }
+    return image;
+}
+
+}  // namespace
+
+Result<LayeredImage> readImage(const std::filesystem::path& path, const ImageLimits& limits) {
+    const std::string name = path.string();
+    std::error_code code;
+    const std::filesystem::file_status status = std::filesystem::status(path, code);
+    if (!std::filesystem::exists(status)) {
+        return badInput(fmt::format("cannot read '{}': {}", name, code ? code.message() : "no such file"));
+    }
+    // A pipe or a terminal could keep us waiting for ever.
+    if (!std::filesystem::is_regular_file(status)) {
+        return badInput(fmt::format("cannot read '{}': it is not a regular file", name));
+    }
+    const std::uintmax_t size = std::filesystem::file_size(path, code);
+    if (code || size > limits.fileBytes) {
+        return badInput(fmt::format("cannot read '{}': {}", name,
+                                    code ? code.message() : fmt::format("larger than {} bytes", limits.fileBytes)));
+    }
+    std::array<char, 8> magic{};
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream) {
+        return badInput(fmt::format("cannot read '{}': {}", name, std::strerror(errno)));
+    }
+    stream.read(magic.data(), magic.size());
+    stream.close();
+    const std::string_view start(magic.data(), magic.size());
+    try {
+        if (start.starts_with("\x76\x2f\x31\x01")) {
+            return readExr(path, limits);
+        }
+        if (start.starts_with("\x89PNG\r\n\x1a\n")) {
+            return readPng(path, limits);
+        }
+        if (start.starts_with("#?")) {
+            return readHdr(path, limits);
+        }
+    } catch (const std::bad_alloc&) {
+        return failure(fmt::format("cannot read '{}': not enough memory", name));
+    }
+    return badInput(fmt::format("cannot read '{}': it is no OpenEXR, PNG or Radiance file", name));
+}
+
+}  // namespace umbriel

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/result.h"
+#include "server/gl/context.h"
+
+namespace umbriel::gl {
+
+// A known defect of a driver that our code steps around.
+enum class Workaround {
+    // GL_TIME_ELAPSED and GL_TIMESTAMP tell when commands were queued, not when they ran: 0.24 ms for a draw of 78 ms.
+    // Measure with glFinish and a steady clock instead.
+    LlvmpipeTimerQueriesLie,
+};
+
+// How a workaround appears to the user: `--disable-workaround NAME`, the server's log, `umbriel doctor`.
+struct WorkaroundEntry {
+    Workaround workaround;
+    std::string_view name;
+    std::string_view reason;
+    std::string_view rendererContains;  // applies when GL_RENDERER contains this
+};
+
+// All that we know, in the order of the enumeration.
+std::span<const WorkaroundEntry> knownWorkarounds();
+
+// The workarounds in force for one context.
+class Workarounds {
+ public:
+    // Those that the renderer needs, less the disabled ones. Error (bad input): a disabled name that does not exist.
+    static Result<Workarounds> detect(const ContextInfo& info, std::span<const std::string> disabledNames = {});
+
+    bool isActive(Workaround workaround) const;
+    // One line each: "NAME: reason", with "(off)" for the disabled ones that would apply.
+    std::vector<std::string> report() const;
+
+ private:
+    std::vector<Workaround> _active;
+    std::vector<Workaround> _switchedOff;
+};
+
+}  // namespace umbriel::gl

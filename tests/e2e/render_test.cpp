@@ -1,0 +1,248 @@
+#include <gtest/gtest.h>
+#include <sys/mount.h>
+#include <sys/stat.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/image/exr_io.h"
+#include "tests/e2e/run_program.h"
+
+namespace umbriel::e2e {
+namespace {
+
+using nlohmann::json;
+
+json compare(const std::string& a, const std::string& b) {
+    const Outcome outcome = run("umbriel", {"compare", a, b, "--json"});
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    return outcome.exitCode == 0 ? json::parse(outcome.out) : json::object();
+}
+
+void render(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "render");
+    const Outcome outcome = run("umbriel", arguments, std::chrono::seconds(240));
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+}
+
+TEST(Render, WritesAWholePictureOfADemoWithCoverage) {
+    const TemporaryFolder folder;
+    render({"demo:spheres?n=3", "--size", "160x90", "--out", folder / "a.exr"});
+    const auto image = readExr(folder / "a.exr");
+    ASSERT_TRUE(image);
+    EXPECT_EQ(image->width(), 160);
+    EXPECT_EQ(image->height(), 90);
+    std::size_t covered = 0;
+    for (int y = 0; y < 90; ++y)
+        for (int x = 0; x < 160; ++x) covered += image->rgba.at(x, y, 3) == 1.0f ? 1 : 0;
+    EXPECT_GT(covered, 160u * 90u / 20u);
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"a.exr"});  // nothing else is left behind
+}
+
+// One wall of many servers is the picture one server draws: bit for bit in exact mode.
+TEST(Render, ExactTilesAreBitEqualToOneServer) {
+    for (const char* scene : {"demo:city?n=60", "demo:car"}) {
+        for (const char* samples : {"1", "4"}) {
+            const TemporaryFolder folder;
+            const std::vector<std::string> common{scene, "--size", "317x179", "--shadow", "std", "--tiles", "exact", "--samples", samples};
+            const auto with = [&](const std::string& grid, const std::string& out) {
+                auto arguments = common;
+                arguments.insert(arguments.end(), {"--grid", grid, "--out", out});
+                render(arguments);
+            };
+            with("1x1", folder / "one.exr");
+            with("3x2", folder / "wall.exr");
+            const json difference = compare(folder / "one.exr", folder / "wall.exr");
+            EXPECT_EQ(difference["bit_differing"], 0) << scene << " samples " << samples;
+            EXPECT_EQ(difference["pixels"], 317 * 179);
+        }
+    }
+}
+
+// The default mode has no holes, and few pixels whose last bits cross a rounding border (bounds of the cluster spec).
+TEST(Render, OffsetTilesDifferInLastBitsOnly) {
+    const TemporaryFolder folder;
+    for (const char* grid : {"1x1", "3x2"})
+        render({"demo:city?n=60", "--size", "317x179", "--shadow", "std", "--grid", grid, "--out", folder / (std::string(grid) + ".exr")});
+    const json difference = compare(folder / "1x1.exr", folder / "3x2.exr");
+    EXPECT_EQ(difference["holes"], 0);
+    EXPECT_LE(difference["differing"].get<int>(), 317 * 179 * 0.0005);
+    EXPECT_LE(difference["over_8_255"].get<int>(), 5);
+}
+
+TEST(Render, TwoRunsGiveTheSameFile) {
+    const TemporaryFolder folder;
+    for (const char* name : {"a.exr", "b.exr"})
+        render({"demo:cloth", "--size", "160x90", "--grid", "2x1", "--shadow", "std", "--out", folder / name});
+    EXPECT_EQ(readFile(folder / "a.exr"), readFile(folder / "b.exr"));
+}
+
+TEST(Render, FewerServersThanTilesGiveTheSamePicture) {
+    const TemporaryFolder folder;
+    for (const char* servers : {"1", "3", "6"})
+        render({"demo:car", "--size", "160x90", "--grid", "3x2", "--local", servers, "--out", folder / (std::string(servers) + ".exr")});
+    EXPECT_EQ(readFile(folder / "1.exr"), readFile(folder / "6.exr"));
+    EXPECT_EQ(readFile(folder / "3.exr"), readFile(folder / "6.exr"));
+}
+
+TEST(Render, JsonReportsFramesAndServers) {
+    const Outcome outcome = run("umbriel", {"render", "demo:car", "--size", "160x90", "--grid", "2x1", "--frames", "3", "--json"});
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+    const json report = json::parse(outcome.out);
+    ASSERT_EQ(report["frames"].size(), 3u);
+    for (const json& frame : report["frames"]) {
+        for (const char* key : {"frame", "entries", "change_bytes", "servers"}) EXPECT_TRUE(frame.contains(key)) << key;
+        ASSERT_EQ(frame["servers"].size(), 2u);
+        for (const json& server : frame["servers"])
+            for (const char* key : {"name", "bytes", "view_bytes", "draw_ms", "wait_ms", "triangles", "digest"})
+                EXPECT_TRUE(server.contains(key)) << key;
+        EXPECT_EQ(frame["servers"][0]["digest"], frame["servers"][1]["digest"]);
+    }
+    // Views and fits travel when they change; the car's camera stands still, its shadow fit is not asked for.
+    EXPECT_GT(report["frames"][0]["servers"][0]["view_bytes"], 0);
+    EXPECT_EQ(report["frames"][2]["servers"][0]["view_bytes"], 0);
+    EXPECT_LT(report["frames"][2]["change_bytes"], report["frames"][0]["change_bytes"]);
+}
+
+TEST(Render, SequencesGoToNumberedFiles) {
+    const TemporaryFolder folder;
+    render({"demo:car", "--size", "64x36", "--frames", "3", "--out", folder / "x.%04d.exr"});
+    ASSERT_EQ(folder.names().size(), 3u);
+    // The car moves.
+    EXPECT_GT(compare(folder / folder.names()[0], folder / folder.names()[2])["differing"], 0);
+}
+
+TEST(Render, ExplainShowsShadowPassesOnlyWhenShadowsAreOn) {
+    const Outcome off = run("umbriel", {"render", "demo:car", "--size", "64x36", "--explain"});
+    const Outcome on = run("umbriel", {"render", "demo:car", "--size", "64x36", "--explain", "--shadow", "std"});
+    ASSERT_EQ(off.exitCode, 0) << off.err;
+    ASSERT_EQ(on.exitCode, 0) << on.err;
+    EXPECT_EQ(off.out.find("shadow map"), std::string::npos) << off.out;
+    EXPECT_NE(on.out.find("shadow map"), std::string::npos) << on.out;
+}
+
+TEST(Render, LayersArriveInTheFile) {
+    const TemporaryFolder folder;
+    render({"demo:spheres?n=2", "--size", "64x36", "--grid", "2x1", "--layers", "depth,position,normal,ids", "--out", folder / "a.exr"});
+    const auto image = readExr(folder / "a.exr");
+    ASSERT_TRUE(image);
+    for (const char* name : {"depth", "position", "normal"}) EXPECT_NE(image->floatLayer(name), nullptr) << name;
+    EXPECT_NE(image->uintLayer("ids"), nullptr);
+}
+
+struct BadCase {
+    const char* what;
+    std::vector<std::string> arguments;
+    const char* said;  // part of the message
+};
+
+TEST(Render, WrongUsageIsRefusedWithCodeTwoAndOneMessage) {
+    const TemporaryFolder folder;
+    const std::vector<BadCase> cases{
+        {"unknown option", {"--frobnicate"}, "frobnicate"},
+        {"size zero", {"--size", "0x720"}, "--size"},
+        {"negative size", {"--size", "-1x5"}, "-1x5"},
+        {"grid finer than pixels", {"--size", "4x4", "--grid", "5x1"}, "--grid"},
+        {"grid zero", {"--grid", "0x1"}, "--grid"},
+        {"samples", {"--samples", "3"}, "--samples"},
+        {"fov", {"--fov", "180"}, "--fov"},
+        {"eye is target", {"--eye", "1,2,3", "--target", "1,2,3"}, "--eye"},
+        {"nan", {"--eye", "nan,0,0"}, "--eye"},
+        {"light", {"--light", "dir:0,0,0"}, "--light"},
+        {"shadow", {"--shadow", "magic"}, "--shadow"},
+        {"tiles", {"--tiles", "round"}, "--tiles"},
+        {"frames without a pattern", {"--frames", "2", "--out", folder / "x.exr"}, "%04d"},
+        {"suffix", {"--out", folder / "x.jpg"}, ".exr"},
+        {"no folder", {"--out", folder / "nowhere/x.exr"}, "nowhere"},
+        {"both servers", {"--servers", "localhost:1", "--local", "2"}, "--local"},
+        {"camera", {"--camera", "no such camera"}, "no such camera"},
+        {"fps", {"--fps", "0"}, "--fps"},
+        {"layers", {"--layers", "depth,magic"}, "--layers"},
+        {"log level", {"--log-level", "loud"}, "--log-level"},
+        {"a picture beyond memory", {"--size", "1000000x1000000", "--out", folder / "x.exr"}, "--size"},
+    };
+    for (const BadCase& bad : cases) {
+        std::vector<std::string> arguments{"render", "demo:car"};
+        arguments.insert(arguments.end(), bad.arguments.begin(), bad.arguments.end());
+        const Outcome outcome = run("umbriel", arguments);
+        EXPECT_EQ(outcome.exitCode, 2) << bad.what << ": " << outcome.err;
+        EXPECT_NE(outcome.err.find(bad.said), std::string::npos) << bad.what << ": " << outcome.err;
+        EXPECT_TRUE(outcome.out.empty()) << bad.what;
+    }
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Render, MissingAndBrokenScenesAreRefusedByName) {
+    const TemporaryFolder folder;
+    writeFile(folder / "empty.glb", "");
+    writeFile(folder / "garbage.gltf", "{\"asset\": 3");
+    for (const std::string& scene : {folder / "missing.glb", folder / "empty.glb", folder / "garbage.gltf", std::string("demo:nothing"),
+                                     folder.path().string()}) {
+        const Outcome outcome = run("umbriel", {"render", scene, "--out", folder / "x.exr"});
+        EXPECT_EQ(outcome.exitCode, 2) << scene << ": " << outcome.err;
+        EXPECT_NE(outcome.err.find(scene.substr(scene.rfind('/') + 1)), std::string::npos) << outcome.err;
+    }
+    EXPECT_EQ(folder.names().size(), 2u);
+}
+
+TEST(Render, AnUnreachableServerIsNamedWithinTenSeconds) {
+    const Outcome outcome = run("umbriel", {"render", "demo:car", "--size", "64x36", "--servers", "left=127.0.0.1:1", "--json"});
+    EXPECT_EQ(outcome.exitCode, 1) << outcome.err;
+    EXPECT_NE(outcome.err.find("left"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("127.0.0.1:1"), std::string::npos) << outcome.err;
+    EXPECT_LT(outcome.duration, std::chrono::seconds(10));
+}
+
+TEST(Render, ServersBeyondLoopbackAreRefusedUnlessAllowed) {
+    const Outcome outcome = run("umbriel", {"render", "demo:car", "--size", "64x36", "--servers", "192.0.2.1:7420"});
+    EXPECT_EQ(outcome.exitCode, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find("--insecure-lan"), std::string::npos) << outcome.err;
+}
+
+TEST(Render, AServerWithAnotherNameIsRefusedAndTheRightOneServesTwoClients) {
+    const Background server("umbriel-server", {"--name", "left", "--listen", "127.0.0.1:0", "--log-level", "info"});
+    ASSERT_TRUE(server.waitFor("listening on ")) << server.printed();
+    const std::string printed = server.printed();
+    const std::size_t at = printed.find("127.0.0.1:");
+    ASSERT_NE(at, std::string::npos) << printed;
+    const std::string address = printed.substr(at, printed.find_first_not_of("0123456789.:", at) - at);
+
+    const Outcome wrong = run("umbriel", {"render", "demo:car", "--size", "64x36", "--servers", "right=" + address});
+    EXPECT_EQ(wrong.exitCode, 1) << wrong.err;
+    EXPECT_NE(wrong.err.find("left"), std::string::npos) << wrong.err;
+    EXPECT_NE(wrong.err.find("right"), std::string::npos) << wrong.err;
+    for (int i = 0; i < 2; ++i) {
+        const Outcome right = run("umbriel", {"render", "demo:car", "--size", "64x36", "--servers", "left=" + address, "--json"});
+        EXPECT_EQ(right.exitCode, 0) << right.err;
+    }
+}
+
+// Root may mount a file system of 64 KiB; elsewhere this cannot be tried.
+TEST(Render, AFullDiskLeavesNothingHalfWritten) {
+    const TemporaryFolder folder;
+    if (::mount("none", folder.path().c_str(), "tmpfs", 0, "size=64k") != 0) GTEST_SKIP() << "needs the right to mount a small file system";
+    const Outcome outcome = run("umbriel", {"render", "demo:city?n=60", "--size", "640x360", "--out", folder / "x.exr"});
+    const auto left = folder.names();
+    ::umount(folder.path().c_str());
+    EXPECT_EQ(outcome.exitCode, 1) << outcome.err;
+    EXPECT_NE(outcome.err.find("x.exr"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(left.empty());
+}
+
+TEST(Doctor, SaysWhatWorks) {
+    const Outcome outcome = run("umbriel", {"doctor", "--json"});
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.out << outcome.err;
+    EXPECT_TRUE(json::parse(outcome.out)["works"]);
+}
+
+TEST(Programs, SayTheirVersionAndExplainThemselves) {
+    for (const char* program : {"umbriel", "umbriel-server"}) {
+        EXPECT_EQ(run(program, {"--version"}).exitCode, 0) << program;
+        const Outcome help = run(program, {"--help"});
+        EXPECT_EQ(help.exitCode, 0) << program;
+        EXPECT_NE(help.out.find("Example"), std::string::npos) << program;
+    }
+    EXPECT_EQ(run("umbriel", {}).exitCode, 2);
+}
+
+}  // namespace
+}  // namespace umbriel::e2e

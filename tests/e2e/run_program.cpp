@@ -1,0 +1,115 @@
+#include "tests/e2e/run_program.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+namespace umbriel::e2e {
+namespace {
+
+namespace fs = std::filesystem;
+
+pid_t start(const std::string& program, const std::vector<std::string>& arguments, const fs::path& out, const fs::path& err) {
+    const std::string path = (fs::path(UMBRIEL_BIN_DIR) / program).string();
+    std::vector<char*> argv{const_cast<char*>(path.c_str())};
+    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    const pid_t pid = ::fork();
+    if (pid != 0) return pid;
+    ::setpgid(0, 0);
+    const int outFile = ::open(out.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
+    const int errFile = ::open(err.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
+    const int in = ::open("/dev/null", O_RDONLY);
+    ::dup2(in, 0);
+    ::dup2(outFile, 1);
+    ::dup2(errFile, 2);
+    ::execv(path.c_str(), argv.data());
+    ::_exit(127);
+}
+
+}  // namespace
+
+Outcome run(const std::string& program, const std::vector<std::string>& arguments, std::chrono::seconds limit) {
+    const TemporaryFolder folder;
+    const auto begin = std::chrono::steady_clock::now();
+    const pid_t pid = start(program, arguments, folder / "out", folder / "err");
+    if (pid < 0) throw std::runtime_error("fork failed");
+    int status = 0;
+    while (::waitpid(pid, &status, WNOHANG) == 0) {
+        if (std::chrono::steady_clock::now() - begin > limit) ::kill(-pid, SIGKILL);
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    Outcome outcome;
+    outcome.exitCode = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    outcome.duration = std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - begin);
+    outcome.out = readFile(folder / "out");
+    outcome.err = readFile(folder / "err");
+    return outcome;
+}
+
+Background::Background(const std::string& program, const std::vector<std::string>& arguments) {
+    char name[] = "/tmp/umbriel-e2e-log-XXXXXX";
+    const int fd = ::mkstemp(name);
+    if (fd < 0) throw std::runtime_error("no temporary file");
+    ::close(fd);
+    _log = name;
+    _pid = start(program, arguments, _log, _log);
+}
+
+Background::~Background() {
+    if (_pid > 0) {
+        ::kill(-_pid, SIGKILL);
+        ::waitpid(_pid, nullptr, 0);
+    }
+    std::error_code error;
+    fs::remove(_log, error);
+}
+
+std::string Background::printed() const { return readFile(_log); }
+
+bool Background::waitFor(const std::string& text, std::chrono::seconds limit) const {
+    const auto begin = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() - begin < limit) {
+        if (printed().find(text) != std::string::npos) return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return false;
+}
+
+TemporaryFolder::TemporaryFolder() {
+    char name[] = "/tmp/umbriel-e2e-XXXXXX";
+    if (!::mkdtemp(name)) throw std::runtime_error("no temporary folder");
+    _path = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code error;
+    fs::remove_all(_path, error);
+}
+
+std::vector<std::string> TemporaryFolder::names() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(_path)) names.push_back(entry.path().filename().string());
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+std::string readFile(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream content;
+    content << file.rdbuf();
+    return content.str();
+}
+
+void writeFile(const fs::path& path, const std::string& content) {
+    std::ofstream(path, std::ios::binary) << content;
+}
+
+}  // namespace umbriel::e2e
