@@ -30,7 +30,7 @@ void ServerNode::opened(ConnectionId connection, std::uint64_t dialTag, TimePoin
         _dialling = false;
         _dialledControl = connection;
     }
-    if (_peers.size() >= _options.maxConnections) {
+    if (_leaving || _peers.size() >= _options.maxConnections) {
         _actions.push_back({Action::Kind::Close, connection, 0, {}, 0});
         return;
     }
@@ -143,7 +143,7 @@ void ServerNode::drain(ConnectionId connection, TimePoint now) {
             case LinkEvent::Kind::Closed: {
                 const std::string reason = peer.link->reason();
                 const bool ours = _session && (_session->control == connection || _session->bulk == connection);
-                if (connection == _dialledControl) _redialAt = now + _options.redialAfter;
+                if (connection == _dialledControl && !_leaving) _redialAt = now + _options.redialAfter;
                 drop(connection);
                 if (ours) ended(reason);
                 break;
@@ -368,6 +368,16 @@ void ServerNode::fillBulk() {
 }
 
 void ServerNode::endSession(const std::string& reason) { ended(reason); }
+
+void ServerNode::leave(const std::string& reason) {
+    endSession(reason);
+    _leaving = true;
+    _redialAt = TimePoint::max();
+    for (auto& [id, peer] : _peers) {
+        peer.link->close(reason);
+        drop(id);
+    }
+}
 
 // Forgets the session and closes what is left of it.
 void ServerNode::ended(const std::string& reason) {

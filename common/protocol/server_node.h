@@ -111,6 +111,9 @@ class ServerNode final : public Endpoint {
 
     // The program's own end of the session: what the client sent cannot be used, or the program is leaving.
     void endSession(const std::string& reason);
+    // Ends the session, closes every connection and opens no other.
+    void leave(const std::string& reason);
+    bool hasConnections() const { return !_peers.empty(); }
 
  private:
     struct Peer {
@@ -158,6 +161,7 @@ class ServerNode final : public Endpoint {
     std::optional<Session> _session;
     std::deque<ServerEvent> _events;
     std::deque<Action> _actions;
+    bool _leaving = false;
     bool _dialling = false;
     ConnectionId _dialledControl = 0;
     TimePoint _redialAt;
