@@ -54,7 +54,7 @@ LinkEvent Link::next() {
             return violation(fmt::format("a {} message of session epoch {} in epoch {}", rule->name, header.epoch, _epoch));
         if (_peerHello) {
             const bool client = _peerHello->role == wire::Role::Client;
-            const bool control = _peerHello->channel == wire::Channel::Control;
+            const bool control = !isBulk();
             if (!(client ? rule->fromClient : rule->fromServer) || !(control ? rule->onControl : rule->onBulk))
                 return violation(fmt::format("a {} message does not belong on a {}'s {} connection", rule->name,
                                              client ? "client" : "server", control ? "control" : "bulk"));
@@ -104,7 +104,7 @@ void Link::advance(TimePoint now) {
                               toSeconds(_options.handshakeTimeout)));
         return;
     }
-    if (_mine.channel != wire::Channel::Control) return;
+    if (isBulk()) return;
     if (now >= _lastReceived + _options.heartbeatLoss)
         return close(fmt::format("{} has been silent for {:.1f} s", peerText(), toSeconds(_options.heartbeatLoss)));
     if (now >= _lastHeartbeat + _options.heartbeatInterval) {
@@ -118,7 +118,7 @@ void Link::advance(TimePoint now) {
 TimePoint Link::deadline() const {
     if (_closed) return TimePoint::max();
     if (!isOpen()) return _openedAt + _options.handshakeTimeout;
-    if (_mine.channel != wire::Channel::Control) return TimePoint::max();
+    if (isBulk()) return TimePoint::max();
     return std::min(_lastReceived + _options.heartbeatLoss, _lastHeartbeat + _options.heartbeatInterval);
 }
 
@@ -178,6 +178,10 @@ LinkEvent Link::violation(std::string_view what) {
     close(fmt::format("{} broke the protocol: {}", peerText(), what));
     _closedReported = true;
     return {LinkEvent::Kind::Closed, MessageType::Goodbye, {}};
+}
+
+bool Link::isBulk() const {
+    return _mine.channel == wire::Channel::Bulk || (_peerHello && _peerHello->channel == wire::Channel::Bulk);
 }
 
 std::string Link::peerText() const {

@@ -78,6 +78,8 @@ class Link {
     std::uint64_t bytesSent() const { return _bytesSent; }
 
  private:
+    // Whoever dialled knows what the connection is for; the other side's hello says control.
+    bool isBulk() const;
     void finish(std::string reason);
     LinkEvent violation(std::string_view what);
     LinkEvent handle(wire::MessageType type, std::span<const std::byte> payload);
