@@ -249,6 +249,18 @@ std::uint64_t ClusterClient::bytesSent(const Server& server) const {
     return sum;
 }
 
+void ClusterClient::assign(PixelSize wall, std::vector<std::vector<TileAssignment>> tiles) {
+    UMBRIEL_ASSERT(!isBusy() && tiles.size() == _servers.size(), "tiles change between requests, for every server");
+    if (_error) return;
+    _options.wall = wall;
+    for (std::size_t i = 0; i < _servers.size(); ++i) {
+        Server& server = _servers[i];
+        server.remote.tiles = std::move(tiles[i]);
+        if (Link* control = link(server.control); control && !control->send(wire::Assign{wall, server.remote.tiles}))
+            return fail(fmt::format("{} does not read what it is sent", textOf(server)));
+    }
+}
+
 void ClusterClient::beginFrame(OutgoingFrame frame, TimePoint now) {
     UMBRIEL_ASSERT(_phase == Phase::Idle, "one request at a time");
     if (_error) return;

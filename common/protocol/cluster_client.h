@@ -78,6 +78,8 @@ class ClusterClient final : public Endpoint {
     // Names of the servers that the running request still waits for.
     std::vector<std::string> waitingFor() const;
 
+    // Between requests: another wall, cut into other tiles, for each server in the order of the options.
+    void assign(PixelSize wall, std::vector<std::vector<TileAssignment>> tiles);
     void beginFrame(OutgoingFrame frame, TimePoint now);
     // After a frame: what the servers did, in the order of the options. Taken once.
     std::vector<ServerOutcome> takeOutcome();
