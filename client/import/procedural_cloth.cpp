@@ -40,8 +40,8 @@ class ClothSimulation {
                 connect(column, row, 0, 1, spacing, 1.0f);
                 connect(column, row, 1, 1, spacing * 1.41421356f, 0.35f);
                 connect(column, row, -1, 1, spacing * 1.41421356f, 0.35f);
-                connect(column, row, 2, 0, spacing * 2.0f, 0.12f);
-                connect(column, row, 0, 2, spacing * 2.0f, 0.12f);
+                connect(column, row, 2, 0, spacing * 2.0f, 0.05f);
+                connect(column, row, 0, 2, spacing * 2.0f, 0.05f);
             }
     }
 
@@ -53,7 +53,7 @@ class ClothSimulation {
                 _previous[i] = _positions[i];
                 _positions[i] += velocity + glm::vec3(0.0f, -9.81f * kTimeStep * kTimeStep, 0.0f);
             }
-            for (int iteration = 0; iteration < 12; ++iteration) {
+            for (int iteration = 0; iteration < 10; ++iteration) {
                 for (const Link& link : _links) relax(link);
                 for (std::size_t i = 0; i < _positions.size(); ++i) collide(i);
             }
@@ -120,7 +120,7 @@ glm::vec3 spline(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, con
 
 Mesh clothMesh() {
     ClothSimulation cloth;
-    cloth.run(420);
+    cloth.run(480);
     Mesh mesh;
     mesh.addGrid(kCells * kRefined, kCells * kRefined, glm::vec4(1.0f), [&](int column, int row) {
         const int baseColumn = std::min(column / kRefined, kCells - 1);
