@@ -1,0 +1,13 @@
+#include <gtest/gtest.h>
+
+#include <string_view>
+
+#include "client/import/import_child.h"
+
+// The test program is its own import process, as umbriel is.
+int main(int argc, char** argv) {
+    if (argc > 1 && std::string_view(argv[1]) == "import-child")
+        return umbriel::runImportChild({std::vector<std::string>(argv + 2, argv + argc)});
+    testing::InitGoogleTest(&argc, argv);
+    return RUN_ALL_TESTS();
+}
