@@ -80,6 +80,7 @@ void dieWithParent(int descriptor) {
     std::thread([descriptor] {
         char byte = 0;
         while (::read(descriptor, &byte, 1) > 0 || errno == EINTR) errno = 0;
+        ::kill(::getpid(), SIGTERM);
         // The orderly way out takes a moment at most; a driver that hangs must not keep us.
         std::this_thread::sleep_for(std::chrono::milliseconds(1500));
         ::_exit(0);
@@ -145,8 +146,16 @@ int main(int argc, char** argv) {
         options.listenHost = address->host;
         options.listenPort = address->port;
     }
-    if (!embedded) log::setPrefix(name);
-    else log::setPrefix(name), log::setLevel(logLevel == "info" ? "warning" : logLevel);
+    log::setPrefix(name);
+    if (embedded && logLevel == "info") log::setLevel(log::Level::Warning);  // its client says what happens
+
+    // Blocked here and in every thread to come; one thread waits for them.
+    sigset_t signals;
+    ::sigemptyset(&signals);
+    ::sigaddset(&signals, SIGINT);
+    ::sigaddset(&signals, SIGTERM);
+    ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    ::signal(SIGPIPE, SIG_IGN);
 
     if (reportDescriptor >= 0) {
         struct stat status;
@@ -161,14 +170,6 @@ int main(int argc, char** argv) {
         const std::string text = fmt::format("{}\n", port);
         if (::write(reportDescriptor, text.data(), text.size()) < 0) log::warning("the port could not be reported");
     };
-
-    // Blocked here and in every thread to come; one thread waits for them.
-    sigset_t signals;
-    ::sigemptyset(&signals);
-    ::sigaddset(&signals, SIGINT);
-    ::sigaddset(&signals, SIGTERM);
-    ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-    ::signal(SIGPIPE, SIG_IGN);
 
     gl::ContextOptions contextOptions;
     contextOptions.deviceIndex = gpu;
