@@ -17,9 +17,12 @@ using nlohmann::json;
 
 constexpr int kMaxJsonDepth = 64;
 
-constexpr std::array<std::string_view, 6> kSupportedExtensions = {
-    "KHR_lights_punctual",   "KHR_materials_unlit",   "KHR_texture_transform",
-    "KHR_mesh_quantization", "KHR_materials_emissive_strength", "KHR_node_visibility"};
+constexpr std::array<std::string_view, 6> kSupportedExtensions = {"KHR_lights_punctual",
+                                                                  "KHR_materials_unlit",
+                                                                  "KHR_texture_transform",
+                                                                  "KHR_mesh_quantization",
+                                                                  "KHR_materials_emissive_strength",
+                                                                  "KHR_node_visibility"};
 
 bool isSupported(std::string_view extension) {
     return std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), extension) != kSupportedExtensions.end();
@@ -72,8 +75,8 @@ void checkExtensions(const json& document, ImportWarnings& warnings) {
         if (!isSupported(used)) warnings.add(used + " is not supported and ignored");
 }
 
-// tinygltf would read every buffer and image at once, and refuses valid files that name some it cannot have; it is given
-// stand-ins instead, and GltfFile reads what is needed.
+// tinygltf would read every buffer and image at once, and refuses valid files that name some it cannot have; it is
+// given stand-ins instead, and GltfFile reads what is needed.
 std::vector<std::string> takeUris(json& document, const char* array, const char* standIn) {
     std::vector<std::string> uris;
     if (!document.contains(array)) return uris;
