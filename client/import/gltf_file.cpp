@@ -28,6 +28,28 @@ bool isSupported(std::string_view extension) {
     return std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), extension) != kSupportedExtensions.end();
 }
 
+// Readers of JSON recurse. (A callback of nlohmann::json could count, too, but makes its parser quadratic in the length
+// of arrays.)
+void requireShallow(std::string_view text) {
+    int depth = 0;
+    bool inString = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (inString) {
+            if (c == '\\')
+                ++i;
+            else if (c == '"')
+                inString = false;
+        } else if (c == '"') {
+            inString = true;
+        } else if (c == '[' || c == '{') {
+            if (++depth > kMaxJsonDepth) throw ImportRefused("the JSON document is nested too deeply");
+        } else if (c == ']' || c == '}') {
+            --depth;
+        }
+    }
+}
+
 std::uint32_t littleU32(const std::vector<std::byte>& bytes, std::size_t at) {
     std::uint32_t value = 0;
     for (int i = 3; i >= 0; --i) value = value << 8 | std::to_integer<std::uint32_t>(bytes[at + i]);
@@ -138,12 +160,10 @@ std::string GltfFile::parseContainer(const std::vector<std::byte>& file) {
 }
 
 void GltfFile::parseJson(const std::string& text, ImportWarnings& warnings) {
+    requireShallow(text);
     json document;
     try {
-        document = json::parse(text, [](int depth, json::parse_event_t, json&) {
-            if (depth > kMaxJsonDepth) throw ImportRefused("the JSON document is nested too deeply");
-            return true;
-        });
+        document = json::parse(text);
     } catch (const json::exception& error) {
         const std::string reason = error.what();
         const std::size_t end = reason.find("] ");
