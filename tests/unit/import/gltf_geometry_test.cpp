@@ -19,7 +19,9 @@ GltfMaker meshOf(const std::vector<float>& positions, nlohmann::json primitive =
     return maker;
 }
 
-nlohmann::json& primitiveOf(GltfMaker& maker) { return maker.document["meshes"][0]["primitives"][0]; }
+nlohmann::json& primitiveOf(GltfMaker& maker) {
+    return maker.document["meshes"][0]["primitives"][0];
+}
 
 const std::vector<float> kFive = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 2, 1, 0};
 
@@ -39,7 +41,8 @@ TEST(GltfGeometry, TextFormWithDataUriAndWithBinFileGivesTheSameScene) {
     const TempFolder folder;
     folder.write("my data.bin", std::string(reinterpret_cast<const char*>(maker.bin().data()), maker.bin().size()));
     const Loaded binary(folder.write("a.glb", maker.glb()));
-    for (const std::string& text : {maker.gltf(), maker.gltfWithUri("my%20data.bin"), maker.gltfWithUri("./my data.bin")}) {
+    for (const std::string& text :
+         {maker.gltf(), maker.gltfWithUri("my%20data.bin"), maker.gltfWithUri("./my data.bin")}) {
         const Loaded loaded(folder.write("a.gltf", text));
         ASSERT_TRUE(loaded.file) << loaded.error();
         EXPECT_TRUE(loaded.only<Geometry>().positions.storage().equals(binary.only<Geometry>().positions.storage()));
@@ -119,8 +122,8 @@ TEST(GltfGeometry, InterleavedAttributesAreTakenApart) {
 
 TEST(GltfGeometry, QuantisedAttributesAreScaled) {
     GltfMaker maker;
-    const int positions = maker.addAccessor(std::vector<std::int16_t>{0, 0, 0, 0, 32767, 0, -32768, 16384, 100, 0, 0, 0}, 5122,
-                                            "VEC4", true);
+    const int positions = maker.addAccessor(
+        std::vector<std::int16_t>{0, 0, 0, 0, 32767, 0, -32768, 16384, 100, 0, 0, 0}, 5122, "VEC4", true);
     maker.document["accessors"][positions]["type"] = "VEC3";  // three of the four shorts, eight bytes apart
     maker.document["bufferViews"][0]["byteStride"] = 8;
     const int coordinates = maker.addAccessor(std::vector<std::uint8_t>{0, 255, 51, 102, 0, 0}, 5121, "VEC2", true);
@@ -142,8 +145,8 @@ TEST(GltfGeometry, QuantisedAttributesAreScaled) {
 
 TEST(GltfGeometry, ColoursWithoutAlphaAreOpaque) {
     GltfMaker maker = triangle();
-    primitiveOf(maker)["attributes"]["COLOR_0"] =
-        maker.addAccessor(std::vector<std::uint16_t>{65535, 0, 0, 0, 0, 65535, 0, 0, 0, 0, 65535, 0}, 5123, "VEC4", true);
+    primitiveOf(maker)["attributes"]["COLOR_0"] = maker.addAccessor(
+        std::vector<std::uint16_t>{65535, 0, 0, 0, 0, 65535, 0, 0, 0, 0, 65535, 0}, 5123, "VEC4", true);
     EXPECT_EQ(load(maker).only<Geometry>().colours[1], glm::vec4(0, 1, 0, 0));
     primitiveOf(maker)["attributes"]["COLOR_0"] = maker.addFloats({1, 0, 0, 0, 0.5f, 0, 0, 0, 1}, "VEC3");
     EXPECT_EQ(load(maker).only<Geometry>().colours[1], glm::vec4(0, 0.5f, 0, 1));
@@ -169,7 +172,8 @@ TEST(GltfGeometry, AMeshOfManyNodesIsOneGeometry) {
     EXPECT_EQ(loaded.count<Geometry>(), 1u);
     std::size_t users = 0;
     for (const ContainerId id : loaded.scene->ids())
-        if (const Node* node = loaded.scene->findAs<Node>(id)) users += node->core.get().id == loaded.only<Geometry>().id();
+        if (const Node* node = loaded.scene->findAs<Node>(id))
+            users += node->core.get().id == loaded.only<Geometry>().id();
     EXPECT_EQ(users, 4u);
 }
 
@@ -187,7 +191,8 @@ TEST(GltfGeometry, MeshesThatDifferInMaterialOnlyShareTheirMemory) {
     GltfMaker large;
     const int positions = large.addFloats(std::vector<float>(3 * 6000, 0.5f), "VEC3");
     for (int i = 0; i < 2; ++i)
-        large.addMeshNode({{"attributes", {{"POSITION", positions}}}, {"material", large.add("materials", {{"name", "m"}})}});
+        large.addMeshNode(
+            {{"attributes", {{"POSITION", positions}}}, {"material", large.add("materials", {{"name", "m"}})}});
     const Loaded loaded = load(large);
     ASSERT_TRUE(loaded.file) << loaded.error();
     const auto& first = loaded.only<Geometry>(0).positions.storage();

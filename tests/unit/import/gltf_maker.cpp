@@ -79,7 +79,9 @@ std::string GltfMaker::glb() const {
     return file + std::string("BIN\0", 4) + bin;
 }
 
-std::string GltfMaker::gltf() const { return gltfWithUri("data:application/octet-stream;base64," + base64(_bin)); }
+std::string GltfMaker::gltf() const {
+    return gltfWithUri("data:application/octet-stream;base64," + base64(_bin));
+}
 
 std::string GltfMaker::gltfWithUri(const std::string& uri) const {
     nlohmann::json copy = document;

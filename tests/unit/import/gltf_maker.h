@@ -14,7 +14,7 @@ namespace umbriel::test {
 
 // A folder of its own, gone with this object.
 class TempFolder {
-   public:
+ public:
     TempFolder();
     ~TempFolder();
     TempFolder(const TempFolder&) = delete;
@@ -24,13 +24,13 @@ class TempFolder {
     // Writes a file and returns its path.
     std::string write(const std::string& name, const std::string& content) const;
 
-   private:
+ private:
     std::filesystem::path _path;
 };
 
 // Puts a glTF document and its binary data together.
 class GltfMaker {
-   public:
+ public:
     nlohmann::json document = {{"asset", {{"version", "2.0"}}}};
 
     // Appends data, aligned to four bytes, with a view of it.
@@ -58,7 +58,7 @@ class GltfMaker {
     std::string gltfWithUri(const std::string& uri) const;
     const std::vector<std::byte>& bin() const { return _bin; }
 
-   private:
+ private:
     std::vector<std::byte> _bin;
 };
 

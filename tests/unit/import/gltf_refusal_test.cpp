@@ -29,9 +29,15 @@ struct Refusal {
     const char* reason;
 };
 
-json& primitive(GltfMaker& m) { return m.document["meshes"][0]["primitives"][0]; }
-json& accessor(GltfMaker& m, int i) { return m.document["accessors"][i]; }
-json& node(GltfMaker& m) { return m.document["nodes"][0]; }
+json& primitive(GltfMaker& m) {
+    return m.document["meshes"][0]["primitives"][0];
+}
+json& accessor(GltfMaker& m, int i) {
+    return m.document["accessors"][i];
+}
+json& node(GltfMaker& m) {
+    return m.document["nodes"][0];
+}
 
 void addAnimation(GltfMaker& m, const std::vector<float>& times, const std::vector<float>& values, const char* path) {
     const int input = m.addFloats(times, "SCALAR");
@@ -51,11 +57,17 @@ const std::vector<Refusal> kRefusals = {
     {"MaterialMissing", [](GltfMaker& m) { primitive(m)["material"] = 0; }, "material 0 does not exist"},
     {"ModeUnknown", [](GltfMaker& m) { primitive(m)["mode"] = 9; }, "primitives[0].mode: 9 is none of"},
     {"MeshMissing", [](GltfMaker& m) { node(m)["mesh"] = 1; }, "nodes[0].mesh: mesh 1 does not exist"},
-    {"SceneNodeMissing", [](GltfMaker& m) { m.document["scenes"][0]["nodes"] = {4}; }, "scenes[0].nodes[0]: node 4 does not"},
+    {"SceneNodeMissing", [](GltfMaker& m) { m.document["scenes"][0]["nodes"] = {4}; },
+     "scenes[0].nodes[0]: node 4 does not"},
     {"VertexIndexTooLarge",
-     [](GltfMaker& m) { primitive(m)["indices"] = m.addAccessor(std::vector<std::uint8_t>{0, 1, 3}, 5121, "SCALAR"); },
+     [](GltfMaker& m) {
+         primitive(m)["indices"] = m.addAccessor(std::vector<std::uint8_t>{0, 1, 3}, 5121, "SCALAR");
+     },
      "meshes[0].primitives[0].indices: element 2 is 3, there are 3 vertices"},
-    {"FloatIndices", [](GltfMaker& m) { primitive(m)["indices"] = m.addFloats({0, 1, 2}, "SCALAR"); },
+    {"FloatIndices",
+     [](GltfMaker& m) {
+         primitive(m)["indices"] = m.addFloats({0, 1, 2}, "SCALAR");
+     },
      "does not hold unsigned integers"},
     {"NanPosition",
      [](GltfMaker& m) {
@@ -75,10 +87,14 @@ const std::vector<Refusal> kRefusals = {
      },
      "TEXCOORD_0: element 1 is not finite"},
     {"UnequalAttributes",
-     [](GltfMaker& m) { primitive(m)["attributes"]["NORMAL"] = m.addFloats({0, 0, 1}, "VEC3"); },
+     [](GltfMaker& m) {
+         primitive(m)["attributes"]["NORMAL"] = m.addFloats({0, 0, 1}, "VEC3");
+     },
      "NORMAL: has 1 elements, POSITION has 3"},
     {"AttributeOfWrongType",
-     [](GltfMaker& m) { primitive(m)["attributes"]["NORMAL"] = m.addFloats({0, 0, 1, 0, 0, 1}, "VEC2"); },
+     [](GltfMaker& m) {
+         primitive(m)["attributes"]["NORMAL"] = m.addFloats({0, 0, 1, 0, 0, 1}, "VEC2");
+     },
      "NORMAL: accessor 2 is not of type VEC3"},
     {"AccessorBeyondView", [](GltfMaker& m) { accessor(m, 0)["count"] = 4; },
      "accessors[0]: needs 48 bytes of buffer view 0, which has 36"},
@@ -86,9 +102,12 @@ const std::vector<Refusal> kRefusals = {
     {"AccessorCountZero", [](GltfMaker& m) { accessor(m, 0)["count"] = 0; }, "accessors[0].count: 0 is out of range"},
     {"AccessorCountHuge", [](GltfMaker& m) { accessor(m, 0)["count"] = 1e300; }, "is out of range"},
     {"AccessorOffsetNegative", [](GltfMaker& m) { accessor(m, 0)["byteOffset"] = -4; }, "accessors[0].byteOffset: -4"},
-    {"AccessorUnaligned", [](GltfMaker& m) { accessor(m, 0)["byteOffset"] = 2; }, "accessors[0].byteOffset: the data is not"},
-    {"AccessorTypeUnknown", [](GltfMaker& m) { accessor(m, 0)["type"] = "VEC5"; }, "accessors[0].type: VEC5 is none of"},
-    {"AccessorComponentUnknown", [](GltfMaker& m) { accessor(m, 0)["componentType"] = 5124; }, "componentType: 5124 is none"},
+    {"AccessorUnaligned", [](GltfMaker& m) { accessor(m, 0)["byteOffset"] = 2; },
+     "accessors[0].byteOffset: the data is not"},
+    {"AccessorTypeUnknown", [](GltfMaker& m) { accessor(m, 0)["type"] = "VEC5"; },
+     "accessors[0].type: VEC5 is none of"},
+    {"AccessorComponentUnknown", [](GltfMaker& m) { accessor(m, 0)["componentType"] = 5124; },
+     "componentType: 5124 is none"},
     {"AccessorZerosHuge",
      [](GltfMaker& m) {
          accessor(m, 0).erase("bufferView");
@@ -97,14 +116,12 @@ const std::vector<Refusal> kRefusals = {
      "would take more than"},
     {"ViewBeyondBuffer", [](GltfMaker& m) { m.document["bufferViews"][0]["byteLength"] = 4000; },
      "bufferViews[0]: ends at byte 4000 of buffer 0"},
-    {"ViewOverflows", [](GltfMaker& m) { m.document["bufferViews"][0]["byteOffset"] = 2147483647; }, "bufferViews[0]: ends at"},
+    {"ViewOverflows", [](GltfMaker& m) { m.document["bufferViews"][0]["byteOffset"] = 2147483647; },
+     "bufferViews[0]: ends at"},
     {"ViewStrideSmall", [](GltfMaker& m) { m.document["bufferViews"][0]["byteStride"] = 8; },
      "bufferViews[0].byteStride: 8 does not suit"},
     {"ViewBufferMissing", [](GltfMaker& m) { m.document["bufferViews"][0]["buffer"] = 3; }, "buffer 3 does not exist"},
-    {"BufferShorterThanItSays",
-     [](GltfMaker& m) {
-         m.document["buffers"][0]["byteLength"] = 100000;
-     },
+    {"BufferShorterThanItSays", [](GltfMaker& m) { m.document["buffers"][0]["byteLength"] = 100000; },
      "buffers[0].byteLength: says 100000 bytes"},
     {"SparseIndexTooLarge",
      [](GltfMaker& m) {
@@ -142,7 +159,11 @@ const std::vector<Refusal> kRefusals = {
          m.document["scenes"][0]["nodes"].push_back(1);
      },
      "scenes[0].nodes[1]: node 1 is not a root"},
-    {"SceneNodeTwice", [](GltfMaker& m) { m.document["scenes"][0]["nodes"] = {0, 0}; }, "names node 0 twice"},
+    {"SceneNodeTwice",
+     [](GltfMaker& m) {
+         m.document["scenes"][0]["nodes"] = {0, 0};
+     },
+     "names node 0 twice"},
     {"TooDeep",
      [](GltfMaker& m) {
          for (int i = 1; i < 3000; ++i) {
@@ -152,12 +173,28 @@ const std::vector<Refusal> kRefusals = {
      },
      "lies deeper than"},
     {"MatrixWithPerspective",
-     [](GltfMaker& m) { node(m)["matrix"] = {1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}; }, "nodes[0].matrix: its last row"},
-    {"MatrixTooShort", [](GltfMaker& m) { node(m)["matrix"] = {1, 0, 0}; }, "nodes[0].matrix: has 3 elements instead of 16"},
-    {"TranslationHuge", [](GltfMaker& m) { node(m)["translation"] = {1e200, 0, 0}; }, "nodes[0].translation[0]: 1e+200"},
-    {"RotationZero", [](GltfMaker& m) { node(m)["rotation"] = {0, 0, 0, 0}; }, "nodes[0].rotation: the quaternion"},
+     [](GltfMaker& m) { node(m)["matrix"] = {1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}; },
+     "nodes[0].matrix: its last row"},
+    {"MatrixTooShort",
+     [](GltfMaker& m) {
+         node(m)["matrix"] = {1, 0, 0};
+     },
+     "nodes[0].matrix: has 3 elements instead of 16"},
+    {"TranslationHuge",
+     [](GltfMaker& m) {
+         node(m)["translation"] = {1e200, 0, 0};
+     },
+     "nodes[0].translation[0]: 1e+200"},
+    {"RotationZero",
+     [](GltfMaker& m) {
+         node(m)["rotation"] = {0, 0, 0, 0};
+     },
+     "nodes[0].rotation: the quaternion"},
     {"CameraWithoutLens",
-     [](GltfMaker& m) { m.add("cameras", {{"type", "perspective"}}); }, "cameras[0].perspective: is missing"},
+     [](GltfMaker& m) {
+         m.add("cameras", {{"type", "perspective"}});
+     },
+     "cameras[0].perspective: is missing"},
     {"CameraFlat",
      [](GltfMaker& m) {
          node(m)["camera"] = m.add("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 0}, {"znear", 1}}}});
@@ -169,8 +206,7 @@ const std::vector<Refusal> kRefusals = {
              m.add("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}, {"zfar", 0.5}}}});
      },
      "cameras[0].perspective.zfar"},
-    {"LightMissing",
-     [](GltfMaker& m) { node(m)["extensions"]["KHR_lights_punctual"]["light"] = 0; },
+    {"LightMissing", [](GltfMaker& m) { node(m)["extensions"]["KHR_lights_punctual"]["light"] = 0; },
      "nodes[0].extensions.KHR_lights_punctual.light: light 0 does not exist"},
     {"LightNegative",
      [](GltfMaker& m) {
@@ -184,22 +220,34 @@ const std::vector<Refusal> kRefusals = {
          node(m)["extensions"]["KHR_lights_punctual"]["light"] = 0;
      },
      "innerConeAngle is not below outerConeAngle"},
-    {"AnimationKeysDescend", [](GltfMaker& m) { addAnimation(m, {1, 0}, {0, 0, 0, 1, 1, 1}, "translation"); },
+    {"AnimationKeysDescend",
+     [](GltfMaker& m) {
+         addAnimation(m, {1, 0}, {0, 0, 0, 1, 1, 1}, "translation");
+     },
      "animations[0].channels[0].sampler.input: key 1"},
-    {"AnimationValuesMissing", [](GltfMaker& m) { addAnimation(m, {0, 1}, {0, 0, 0}, "scale"); },
+    {"AnimationValuesMissing",
+     [](GltfMaker& m) {
+         addAnimation(m, {0, 1}, {0, 0, 0}, "scale");
+     },
      "animations[0].channels[0].sampler.output: has 1 elements where 2 are needed"},
-    {"AnimationNan", [](GltfMaker& m) { addAnimation(m, {0}, {0, NAN, 0}, "scale"); }, "sampler.output: element 0 is not finite"},
+    {"AnimationNan",
+     [](GltfMaker& m) {
+         addAnimation(m, {0}, {0, NAN, 0}, "scale");
+     },
+     "sampler.output: element 0 is not finite"},
     {"AnimationSamplerMissing",
      [](GltfMaker& m) {
          addAnimation(m, {0}, {0, 0, 0}, "scale");
          m.document["animations"][0]["channels"][0]["sampler"] = 1;
      },
      "animations[0].channels[0].sampler: sampler 1 does not exist"},
-    {"RequiredExtensionUnknown", [](GltfMaker& m) { m.document["extensionsRequired"] = {"KHR_draco_mesh_compression"}; },
+    {"RequiredExtensionUnknown",
+     [](GltfMaker& m) { m.document["extensionsRequired"] = {"KHR_draco_mesh_compression"}; },
      "extensionsRequired[0]: the file requires KHR_draco_mesh_compression"},
-    {"VersionOne", [](GltfMaker& m) { m.document["asset"]["version"] = "1.0"; }, "asset.version: glTF 1.0 is not supported"},
+    {"VersionOne", [](GltfMaker& m) { m.document["asset"]["version"] = "1.0"; },
+     "asset.version: glTF 1.0 is not supported"},
     {"NoAsset", [](GltfMaker& m) { m.document.erase("asset"); }, "asset: is missing"},
-    {"NodesAreNoArray", [](GltfMaker& m) { m.document["nodes"] = "none"; }, "nodes: is not a JSON array"},
+    {"TexturesAreNoArray", [](GltfMaker& m) { m.document["textures"] = "none"; }, "textures: is not a JSON array"},
     {"ChildOfNull", [](GltfMaker& m) { node(m)["children"] = {nullptr}; }, "nodes[0].children[0]: is not an integer"},
 };
 
@@ -245,8 +293,11 @@ TEST(GltfFiles, OnlyFilesBelowTheFolderOfTheSceneAreRead) {
     ASSERT_EQ(symlink("inside/data.bin", folder.path("good.bin").c_str()), 0);
     ASSERT_EQ(symlink(outside.path("").c_str(), folder.path("folder").c_str()), 0);
 
-    const auto loadWith = [&](const std::string& uri) { return Loaded(folder.write("scene.gltf", maker.gltfWithUri(uri))); };
-    for (const char* fine : {"inside/data.bin", "good.bin", "inside%2Fdata.bin"}) EXPECT_TRUE(loadWith(fine).file) << fine;
+    const auto loadWith = [&](const std::string& uri) {
+        return Loaded(folder.write("scene.gltf", maker.gltfWithUri(uri)));
+    };
+    for (const char* fine : {"inside/data.bin", "good.bin", "inside%2Fdata.bin"})
+        EXPECT_TRUE(loadWith(fine).file) << fine;
     expectRefused(loadWith(secret), "buffers[0].uri: '" + secret + "' is an absolute path");
     expectRefused(loadWith("../" + std::string("secret.bin")), "leads out of the folder");
     expectRefused(loadWith("inside/../../secret.bin"), "leads out of the folder");

@@ -29,7 +29,7 @@ void expectError(const Loaded& loaded, Error::Kind kind, const std::string& reas
 }
 
 class ImportProcess : public testing::Test {
-   protected:
+ protected:
     TempFolder _folder;
     std::string _file = _folder.write("scene.glb", triangle().glb());
 };
@@ -85,10 +85,10 @@ TEST_F(ImportProcess, NonsenseIsAnError) {
     expectError(Loaded(_file, withChild("printf 'hello, this is no answer at all' >&3")), Error::Kind::Failure,
                 "answered nonsense");
     // Length 2^63 is refused before anything is allocated.
-    expectError(Loaded(_file, withChild("printf '\\003\\0\\0\\0\\0\\0\\0\\0\\200' >&3; exec sleep 30")), Error::Kind::Failure,
-                "larger than the limit");
-    expectError(Loaded(_file, withChild("printf '\\011\\0\\0\\0\\0\\0\\0\\0\\0' >&3; exec sleep 30")), Error::Kind::Failure,
-                "no known kind");
+    expectError(Loaded(_file, withChild("printf '\\003\\0\\0\\0\\0\\0\\0\\0\\200' >&3; exec sleep 30")),
+                Error::Kind::Failure, "larger than the limit");
+    expectError(Loaded(_file, withChild("printf '\\011\\0\\0\\0\\0\\0\\0\\0\\0' >&3; exec sleep 30")),
+                Error::Kind::Failure, "no known kind");
     // Done, and no scene has come.
     expectError(Loaded(_file, withChild("printf '\\004\\010\\0\\0\\0\\0\\0\\0\\0\\007\\0\\0\\0\\0\\0\\0\\0' >&3")),
                 Error::Kind::Failure, "there is no loaded scene");
@@ -101,7 +101,8 @@ TEST_F(ImportProcess, MemoryBeyondTheLimitIsAnErrorAndNotTheEndOfTheClient) {
     maker.document["accessors"][0]["count"] = 20'000'000;
     ImportLimits limits;
     limits.processBytes = 200 << 20;
-    expectError(Loaded(_folder.write("big.glb", maker.glb()), limits), Error::Kind::Failure, "needs more memory than the 200 MiB");
+    expectError(Loaded(_folder.write("big.glb", maker.glb()), limits), Error::Kind::Failure,
+                "needs more memory than the 200 MiB");
 }
 
 TEST_F(ImportProcess, AFileBeyondTheLimitIsNotRead) {

@@ -9,7 +9,7 @@ namespace {
 constexpr const char* kSquare = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
 class Obj : public testing::Test {
-   protected:
+ protected:
     Loaded loadText(const std::string& text) const { return Loaded(_folder.write("scene.obj", text)); }
     void expectRefused(const std::string& text, const std::string& reason) const {
         const Loaded loaded = loadText(text);
@@ -67,7 +67,8 @@ TEST_F(Obj, MaterialsComeFromTheLibrary) {
     EXPECT_EQ(loaded.count<Geometry>(), 2u);
     const Material* red = nullptr;
     for (const ContainerId id : loaded.scene->ids())
-        if (const auto* material = loaded.scene->findAs<Material>(id); material && material->name.get() == "red") red = material;
+        if (const auto* material = loaded.scene->findAs<Material>(id); material && material->name.get() == "red")
+            red = material;
     ASSERT_TRUE(red);
     EXPECT_EQ(red->baseColour.get(), glm::vec4(1, 0, 0, 0.25f));
     EXPECT_EQ(red->alphaMode.get(), AlphaMode::Blend);
@@ -111,8 +112,10 @@ TEST_F(Obj, NumbersThatAreNoneAreRefusedWithTheirLine) {
 
 TEST_F(Obj, IndicesBeyondTheVerticesDrawNothingAndBreakNothing) {
     const Loaded loaded = loadText(std::string(kSquare) + "f 1 2 9\nf 1 2 3\n");
-    if (loaded.file) EXPECT_EQ(loaded.only<Geometry>().indices.size(), 3u);
-    else EXPECT_NE(loaded.error().find("9"), std::string::npos);
+    if (loaded.file)
+        EXPECT_EQ(loaded.only<Geometry>().indices.size(), 3u);
+    else
+        EXPECT_NE(loaded.error().find("9"), std::string::npos);
 }
 
 TEST_F(Obj, PointsAndLinesOnlyIsAnEmptyScene) {
