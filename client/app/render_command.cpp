@@ -79,7 +79,7 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
     const auto grid = parseGrid("--grid", arguments.grid);
     if (!grid) return grid.error();
     auto tiles = gridTiles(setup.wall, grid->columns, grid->rows);
-    if (!tiles) return tiles.error();
+    if (!tiles) return badInput(fmt::format("--grid {} --size {}: {}", arguments.grid, arguments.size, tiles.error().message));
     setup.tiles = std::move(*tiles);
 
     const auto camera = checkCamera(arguments);

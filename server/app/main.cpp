@@ -164,8 +164,8 @@ int main(int argc, char** argv) {
         ::fcntl(reportDescriptor, F_SETFD, FD_CLOEXEC);
         dieWithParent(reportDescriptor);
     }
-    options.listening = [&](std::uint16_t port) {
-        log::info(fmt::format("listening on {}:{}", options.listenHost, port));
+    options.listening = [reportDescriptor, host = options.listenHost](std::uint16_t port) {
+        log::info(fmt::format("listening on {}:{}", host, port));
         if (reportDescriptor < 0) return;
         const std::string text = fmt::format("{}\n", port);
         if (::write(reportDescriptor, text.data(), text.size()) < 0) log::warning("the port could not be reported");
