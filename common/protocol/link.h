@@ -69,6 +69,8 @@ class Link {
     bool isClosed() const { return _closed; }
     // Why it was closed, for people; names the peer when it is known.
     const std::string& reason() const { return _reason; }
+    // Whoever dialled knows what the connection is for; the other side's hello says control.
+    bool isBulk() const;
     const std::optional<wire::Hello>& peerHello() const { return _peerHello; }
     // "server 'left'" or "an unknown peer".
     std::string peerText() const;
@@ -78,8 +80,6 @@ class Link {
     std::uint64_t bytesSent() const { return _bytesSent; }
 
  private:
-    // Whoever dialled knows what the connection is for; the other side's hello says control.
-    bool isBulk() const;
     void finish(std::string reason);
     LinkEvent violation(std::string_view what);
     LinkEvent handle(wire::MessageType type, std::span<const std::byte> payload);

@@ -152,11 +152,11 @@ void ServerNode::drain(ConnectionId connection, TimePoint now) {
     }
 }
 
-std::string ServerNode::objection(const wire::Hello& hello) const {
+std::string ServerNode::objection(const wire::Hello& hello, bool bulk) const {
     if (const std::string reason = handshakeObjection(_options.identity, hello); !reason.empty()) return reason;
     if (hello.role != wire::Role::Client) return "a render server serves clients, not other servers";
     if (hello.epoch == 0) return "a session epoch is at least 1";
-    if (hello.channel == wire::Channel::Bulk) {
+    if (bulk) {
         if (!_session || !(_session->token == hello.token) || _session->epoch != hello.epoch)
             return "there is no session that this bulk connection belongs to";
         if (_session->bulk != 0) return "this session has a bulk connection already";
@@ -172,8 +172,8 @@ std::string ServerNode::objection(const wire::Hello& hello) const {
 
 void ServerNode::greeted(ConnectionId connection, Peer& peer, TimePoint) {
     const wire::Hello& hello = *peer.link->peerHello();
-    if (const std::string reason = objection(hello); !reason.empty()) return peer.link->refuse(reason);
-    if (hello.channel == wire::Channel::Bulk) {
+    if (const std::string reason = objection(hello, peer.link->isBulk()); !reason.empty()) return peer.link->refuse(reason);
+    if (peer.link->isBulk()) {
         _session->bulk = connection;
         return peer.link->accept(hello.epoch);
     }

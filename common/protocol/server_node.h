@@ -144,7 +144,7 @@ class ServerNode final : public Endpoint {
     void drain(ConnectionId connection, TimePoint now);
     void greeted(ConnectionId connection, Peer& peer, TimePoint now);
     // Why this hello is not acceptable; empty when it is.
-    std::string objection(const wire::Hello& hello) const;
+    std::string objection(const wire::Hello& hello, bool bulk) const;
     Result<void> message(wire::MessageType type, std::span<const std::byte> payload);
     Result<void> frame(std::span<const std::byte> payload);
     Result<void> addChanges(std::span<const std::byte> part);

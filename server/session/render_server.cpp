@@ -15,6 +15,7 @@
 #include "common/net/asio_pump.h"
 #include "common/protocol/server_node.h"
 #include "common/wire/change_codec.h"
+#include "server/bake/job_queue.h"
 #include "server/session/blob_cache.h"
 #include "server/session/draw_thread.h"
 
@@ -60,6 +61,7 @@ struct RenderServer::Implementation {
     std::uint64_t session = 0;   // counts them, so that answers for an old one are dropped
     bool inSession = false;
     bool firstFrame = false;
+    std::unique_ptr<JobQueue> jobs;  // posts to the pump until it is gone
     bool leaving = false;
     std::promise<void> left;     // when the last connection is closed
 
@@ -67,6 +69,7 @@ struct RenderServer::Implementation {
         : options(std::move(o)), types(t), renderer(r), node(nodeOptions(options, t), SteadyClock().now()),
           pump(node, options.insecureLan), incoming(t, ids), blobs(options.blobBudgetBytes) {
         decoder.emplace(incoming);
+        jobs = std::make_unique<JobQueue>(options.jobs, [this] { pump.post([] {}); });
         pump.onTurn([this] { turn(); });
     }
 
@@ -78,6 +81,7 @@ struct RenderServer::Implementation {
         while (auto next = node.nextEvent())
             std::visit([&](auto& what) { handle(what); }, *next);
         decodeNext();
+        reportJobs();
         if (leaving && !node.hasConnections()) {
             leaving = false;
             left.set_value();
@@ -95,6 +99,8 @@ struct RenderServer::Implementation {
         inSession = false;
         frames.clear();
         blobsAsked = false;
+        jobs->cancelAll();
+        jobs->takeEvents();  // nobody is there to hear of them
         if (options.once && !node.hasSession()) queue.push({session, draw_task::Stop{}});
     }
     void handle(event::Assigned& assigned) { push(draw_task::Assign{std::move(assigned.tiles)}); }
@@ -104,10 +110,25 @@ struct RenderServer::Implementation {
     void handle(event::DigestAsked& asked) { push(draw_task::Digests{asked.query}); }
     void handle(event::ExplainAsked&) { push(draw_task::Explain{}); }
     void handle(event::JobOffered& offer) {
-        node.sendJobDone({offer.job, offer.attempt, wire::JobStatus::Refused,
-                          fmt::format("this server does no jobs of kind '{}'", offer.kind), {}, 0}, {});
+        jobs->offer({{offer.job, offer.attempt}, std::move(offer.kind), std::move(offer.payload), offer.lease});
     }
-    void handle(event::JobCancelled&) {}
+    void handle(event::JobCancelled& cancelled) { jobs->cancel({cancelled.job, cancelled.attempt}); }
+
+    void reportJobs() {
+        for (JobEvent& done : jobs->takeEvents()) {
+            const auto [job, attempt] = done.key;
+            const auto end = [&](wire::JobStatus status) {
+                node.sendJobDone({job, attempt, status, std::move(done.text), {}, 0}, std::move(done.result));
+            };
+            switch (done.kind) {
+                case JobEvent::Kind::Lease: node.sendJobLease({job, attempt, done.progress}); break;
+                case JobEvent::Kind::Done: end(wire::JobStatus::Done); break;
+                case JobEvent::Kind::Failed: end(wire::JobStatus::Failed); break;
+                case JobEvent::Kind::Cancelled: end(wire::JobStatus::Cancelled); break;
+                case JobEvent::Kind::Refused: end(wire::JobStatus::Refused); break;
+            }
+        }
+    }
 
     // True when all blobs of the frame are here; asks for the others once.
     Result<bool> haveBlobs(const event::FrameRequested& frame) {

@@ -2,11 +2,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 
 #include "common/base/result.h"
 #include "common/scene/type_descriptor.h"
+#include "server/bake/job_queue.h"
 #include "server/draw/renderer.h"
 
 namespace umbriel {
@@ -24,6 +26,7 @@ struct RenderServerOptions {
     std::string glVersion;
     std::string cpu;
     std::uint64_t blobBudgetBytes = std::uint64_t{2} << 30;
+    std::map<std::string, JobHandler> jobs;  // what it can do beside drawing, by kind
     std::function<void(std::uint16_t port)> listening;  // called by run() once it can be reached
 };
 

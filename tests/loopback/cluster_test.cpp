@@ -1,6 +1,10 @@
 #include "client/session/cluster.h"
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <future>
 #include <thread>
@@ -136,6 +140,84 @@ TEST_F(ClusterOnLoopback, ASecondClientStartsFromItsOwnScene) {
         ASSERT_TRUE(frame) << frame.error().message;
         EXPECT_EQ(servers.renderer(0).containers, static_cast<std::size_t>(n));
     }
+}
+
+bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+TEST_F(ClusterOnLoopback, GarbageOnThePortLeavesTheWallUndisturbed) {
+    Servers servers(types, 2);
+    auto cluster = connect(servers, row(2, 10));
+    ASSERT_TRUE(cluster) << cluster.error().message;
+    IdSource own;
+    Aspect scene(types, own);
+    for (int n = 0; n < 20; ++n) {
+        const int stranger = ::socket(AF_INET, SOCK_STREAM, 0);
+        sockaddr_in address{};
+        address.sin_family = AF_INET;
+        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        address.sin_port = htons(servers.addresses[static_cast<std::size_t>(n % 2)].port);
+        ASSERT_EQ(::connect(stranger, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
+        std::string garbage(static_cast<std::size_t>(n) * 997, static_cast<char>(n * 13));
+        ASSERT_EQ(::send(stranger, garbage.data(), garbage.size(), MSG_NOSIGNAL), static_cast<ssize_t>(garbage.size()));
+        if (n % 3) ::close(stranger);
+        const auto frame = (*cluster)->frame(scene, viewsOf(20, 10), n, true);
+        ASSERT_TRUE(frame) << frame.error().message;
+        if (n % 3 == 0) ::close(stranger);
+    }
+}
+
+TEST_F(ClusterOnLoopback, AFrameThatCannotBeDrawnNamesTheServerAndTheReason) {
+    Servers servers(types, 2);
+    servers.renderer(1).failWith = "the GPU has no memory left";
+    auto cluster = connect(servers, row(2, 10));
+    ASSERT_TRUE(cluster);
+    Aspect scene(types, ids);
+    const auto frame = (*cluster)->frame(scene, viewsOf(20, 10), 0.0, false);
+    ASSERT_FALSE(frame);
+    EXPECT_TRUE(has(frame.error().message, "server1") && has(frame.error().message, "the GPU has no memory left"))
+        << frame.error().message;
+    EXPECT_FALSE((*cluster)->frame(scene, viewsOf(20, 10), 0.0, false)) << "the cluster has ended";
+}
+
+TEST_F(ClusterOnLoopback, AStateThatDiffersIsNamedByContainerAndField) {
+    Servers servers(types, 2);
+    auto cluster = connect(servers, row(2, 10));
+    ASSERT_TRUE(cluster);
+    Aspect scene(types, ids);
+    for (int i = 0; i < 10; ++i) scene.create<Transform>();
+    const auto geometry = scene.create<Geometry>("bumper");
+    scene.edit(geometry).assign<&Geometry::positions>(std::vector<glm::vec3>(20, glm::vec3(1.0f)));
+    ASSERT_TRUE((*cluster)->frame(scene, viewsOf(20, 10), 0.0, false));
+    // A write that no edit recorded: the client's state has it, the change list has not.
+    auto& container = const_cast<Geometry&>(scene.get(geometry));
+    for (const FieldDescriptor& field : container.type().fields) {
+        if (field.name != "positions") continue;
+        const glm::vec3 wrong(2.0f);
+        static_cast<MultiStorage*>(field.address(container))->write(7, std::as_bytes(std::span(&wrong, 1)));
+    }
+    scene.edit(geometry).setElement<&Geometry::positions>(8, glm::vec3(3.0f));
+    const auto frame = (*cluster)->frame(scene, viewsOf(20, 10), 0.0, false);
+    ASSERT_FALSE(frame);
+    for (const std::string part : {"frame 2", "'server0'", "Geometry", "'bumper'", "'positions'"})
+        EXPECT_TRUE(has(frame.error().message, part)) << frame.error().message;
+}
+
+TEST_F(ClusterOnLoopback, AServerThatIsNotThereIsNamedInTime) {
+    Servers servers(types, 1);
+    ClusterOptions options;
+    options.servers = servers.addresses;
+    options.servers.push_back({"right", "127.0.0.1", 1});
+    options.connectTimeout = std::chrono::milliseconds(400);
+    auto cluster = Cluster::connect(options, types, row(2, 10));
+    ASSERT_FALSE(cluster);
+    EXPECT_EQ(cluster.error().message, "server 'right' at 127.0.0.1:1 cannot be reached: connection refused; is "
+                                       "umbriel-server running there?");
+    options.servers = servers.addresses;
+    options.servers[0].name = "middle";
+    cluster = Cluster::connect(options, types, row(2, 10));
+    ASSERT_FALSE(cluster);
+    EXPECT_TRUE(has(cluster.error().message, "'server0'") && has(cluster.error().message, "'middle'"))
+        << cluster.error().message;
 }
 
 }  // namespace

@@ -57,6 +57,43 @@ TEST_F(EmbeddedServers, OfAProgramThatIsNotThereAreAnError) {
     EXPECT_NE(cluster.error().message.find("/nowhere/umbriel-server"), std::string::npos) << cluster.error().message;
 }
 
+TEST_F(EmbeddedServers, ThatAreKilledAreNamedAtOnce) {
+    std::vector<ServerProcess> processes;
+    for (const std::string name : {"left", "right"}) {
+        auto process = ServerProcess::start(kServer, {"--name", name, "--listen", "127.0.0.1:0"}, {});
+        ASSERT_TRUE(process) << process.error().message;
+        const auto port = process->waitForPort(std::chrono::seconds(30));
+        ASSERT_TRUE(port) << port.error().message;
+        options.servers.push_back({name, "127.0.0.1", *port});
+        processes.push_back(std::move(*process));
+    }
+    auto cluster = Cluster::connect(options, types, tiles);
+    ASSERT_TRUE(cluster) << cluster.error().message;
+    Aspect scene(types, ids);
+    ASSERT_TRUE((*cluster)->frame(scene, views, 0.0, false));
+    ::kill(processes[1].pid(), SIGKILL);
+    const auto frame = (*cluster)->frame(scene, views, 1.0, false);
+    ASSERT_FALSE(frame);
+    EXPECT_NE(frame.error().message.find("server 'right'"), std::string::npos) << frame.error().message;
+}
+
+TEST_F(EmbeddedServers, ThatAreStoppedAreNamedWithinSeconds) {
+    auto process = ServerProcess::start(kServer, {"--name", "left", "--listen", "127.0.0.1:0"}, {});
+    ASSERT_TRUE(process) << process.error().message;
+    const auto port = process->waitForPort(std::chrono::seconds(30));
+    ASSERT_TRUE(port) << port.error().message;
+    options.servers.push_back({"left", "127.0.0.1", *port});
+    auto cluster = Cluster::connect(options, types, tiles);
+    ASSERT_TRUE(cluster) << cluster.error().message;
+    Aspect scene(types, ids);
+    ::kill(process->pid(), SIGSTOP);
+    const auto frame = (*cluster)->frame(scene, views, 0.0, false);
+    ::kill(process->pid(), SIGCONT);
+    ASSERT_FALSE(frame);
+    EXPECT_NE(frame.error().message.find("server 'left' has been silent for 2.0 s"), std::string::npos)
+        << frame.error().message;
+}
+
 TEST(ServerProcess, EndsWhenItsParentLetsGo) {
     pid_t pid = 0;
     {

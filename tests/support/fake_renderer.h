@@ -16,7 +16,9 @@ class FakeRenderer final : public Renderer {
     std::atomic<std::size_t> containers = 0;
     std::string failWith;
 
-    void sceneChanged(const ChangeList&, const Aspect& scene) override { containers = scene.containerCount(); }
+    void sceneChanged(const ChangeList&, const Aspect& scene) override {
+        containers = scene.containerCount();
+    }
 
     Result<DrawStatistics> draw(const Aspect&, const WallViews&, std::span<const TileAssignment> tiles, double time) override {
         if (whileDrawing) whileDrawing();

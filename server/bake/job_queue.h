@@ -1,0 +1,127 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/result.h"
+
+namespace umbriel {
+
+// One attempt at one job. The same job may be tried again elsewhere; what an older attempt says is ignored.
+struct JobKey {
+    std::uint64_t job = 0;
+    std::uint32_t attempt = 0;
+    friend auto operator<=>(const JobKey&, const JobKey&) = default;
+};
+
+struct JobOffer {
+    JobKey key;
+    std::string kind;
+    std::vector<std::byte> payload;
+    Duration lease{};  // without a sign of life for this long the job is given up
+};
+
+struct JobEvent {
+    enum class Kind { Lease, Done, Failed, Cancelled, Refused };
+    Kind kind = Kind::Lease;
+    JobKey key;
+    float progress = 0.0f;          // Lease: 0..1
+    std::string text;               // Failed, Refused: why
+    std::vector<std::byte> result;  // Done
+};
+
+// The states of jobs, without threads: queued -> running -> done, failed or cancelled. Every job that was offered ends in
+// exactly one event that is not a lease. Bounded: what is beyond the limit is refused, the client offers it elsewhere.
+class JobTable {
+ public:
+    explicit JobTable(std::size_t limit) : _limit(limit) {}
+
+    // A newer attempt replaces an older one, which is cancelled; an older one is refused.
+    void offer(JobOffer offer, bool kindIsKnown, TimePoint now);
+    void cancel(JobKey key);
+    void cancelAll();
+
+    // The next job to work on; it is running from now on.
+    std::optional<JobOffer> start(TimePoint now);
+    // The work shows life. False when it should stop: the job was cancelled or given up.
+    bool alive(JobKey key, float progress, TimePoint now);
+    // The work is over. Nothing happens when the job has ended otherwise.
+    void finish(JobKey key, Result<std::vector<std::byte>> result);
+    // Gives up running jobs whose lease is over.
+    void advance(TimePoint now);
+
+    std::vector<JobEvent> takeEvents() { return std::exchange(_events, {}); }
+    bool hasEvents() const { return !_events.empty(); }
+    std::size_t size() const { return _jobs.size(); }
+
+ private:
+    struct Job {
+        JobOffer offer;
+        bool running = false;
+        TimePoint deadline;     // of its lease; queued jobs wait without one
+        TimePoint renewalDue;   // leases are renewed when a third of them has passed
+    };
+    void end(JobKey key, JobEvent::Kind kind, std::string text = {}, std::vector<std::byte> result = {});
+
+    std::size_t _limit;
+    std::map<JobKey, Job> _jobs;
+    std::deque<JobKey> _order;  // queued ones
+    std::vector<JobEvent> _events;
+};
+
+// What a handler knows of the job it works on.
+class JobWork {
+ public:
+    virtual ~JobWork() = default;
+    virtual std::span<const std::byte> payload() const = 0;
+    // To be called several times per lease. False: stop, nobody wants the result any more.
+    virtual bool alive(float progress) = 0;
+};
+using JobHandler = std::function<Result<std::vector<std::byte>>(JobWork&)>;
+
+// Works on jobs beside drawing: one thread that only gets what the processor has left (SCHED_IDLE). All functions may be
+// called from any thread.
+class JobQueue {
+ public:
+    static constexpr std::size_t kLimit = 256;
+
+    // wake: called from any thread when takeEvents() has something new.
+    JobQueue(std::map<std::string, JobHandler> handlers, std::function<void()> wake);
+    // Cancels everything and waits for the running handler to notice.
+    ~JobQueue();
+    JobQueue(const JobQueue&) = delete;
+    JobQueue& operator=(const JobQueue&) = delete;
+
+    void offer(JobOffer offer);
+    void cancel(JobKey key);
+    void cancelAll();
+    // What happened since the last call; also notices leases that are over.
+    std::vector<JobEvent> takeEvents();
+
+ private:
+    class Work;
+    void work();
+
+    SteadyClock _clock;
+    std::map<std::string, JobHandler> _handlers;
+    std::function<void()> _wake;
+    std::mutex _mutex;
+    std::condition_variable _offered;
+    JobTable _table{kLimit};
+    bool _stopping = false;
+    std::thread _thread;
+};
+
+}  // namespace umbriel

@@ -1,0 +1,177 @@
+#include "server/bake/job_queue.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <set>
+
+namespace umbriel {
+namespace {
+
+using namespace std::chrono_literals;
+using Kind = JobEvent::Kind;
+
+JobOffer offerOf(std::uint64_t job, std::uint32_t attempt = 1, Duration lease = 3s) {
+    return {{job, attempt}, "bake", std::vector<std::byte>(4, static_cast<std::byte>(job)), lease};
+}
+
+struct Table : testing::Test {
+    ManualClock clock;
+    JobTable table{3};
+    std::vector<Kind> kinds() {
+        std::vector<Kind> result;
+        for (const JobEvent& event : table.takeEvents()) result.push_back(event.kind);
+        return result;
+    }
+};
+
+TEST_F(Table, JobsAreDoneInTheOrderTheyCame) {
+    for (const std::uint64_t job : {7, 3, 5}) table.offer(offerOf(job), true, clock.now());
+    for (const std::uint64_t job : {7, 3, 5}) {
+        const auto next = table.start(clock.now());
+        ASSERT_TRUE(next);
+        EXPECT_EQ(next->key.job, job);
+        table.finish(next->key, std::vector<std::byte>(1));
+        EXPECT_EQ(kinds(), (std::vector{Kind::Lease, Kind::Done}));
+    }
+    EXPECT_FALSE(table.start(clock.now()));
+}
+
+TEST_F(Table, RefusesWhatIsTooMuchUnknownOrOld) {
+    table.offer(offerOf(1), false, clock.now());
+    EXPECT_EQ(kinds(), std::vector{Kind::Refused});
+    for (const std::uint64_t job : {1, 2, 3}) table.offer(offerOf(job, 2), true, clock.now());
+    EXPECT_TRUE(kinds().empty());
+    table.offer(offerOf(4), true, clock.now());
+    EXPECT_EQ(kinds(), std::vector{Kind::Refused}) << "more than the limit";
+    table.offer(offerOf(1, 1), true, clock.now());
+    EXPECT_EQ(kinds(), std::vector{Kind::Refused}) << "an older attempt";
+    table.offer(offerOf(1, 3), true, clock.now());
+    EXPECT_EQ(kinds(), std::vector{Kind::Cancelled}) << "a newer attempt takes over";
+}
+
+TEST_F(Table, ALeaseLastsAsLongAsThereAreSignsOfLife) {
+    table.offer(offerOf(1), true, clock.now());
+    const JobKey key = table.start(clock.now())->key;
+    EXPECT_EQ(kinds(), std::vector{Kind::Lease});
+    for (int i = 0; i < 10; ++i) {
+        clock.advance(2900ms);
+        EXPECT_TRUE(table.alive(key, 0.1f * static_cast<float>(i), clock.now()));
+        EXPECT_EQ(kinds(), std::vector{Kind::Lease});
+        EXPECT_TRUE(table.alive(key, 0.5f, clock.now()));
+        EXPECT_TRUE(kinds().empty()) << "not renewed at every word";
+    }
+    clock.advance(3s);
+    table.advance(clock.now());
+    EXPECT_EQ(kinds(), std::vector{Kind::Failed});
+    EXPECT_FALSE(table.alive(key, 1.0f, clock.now())) << "the handler is told to stop";
+    table.finish(key, std::vector<std::byte>(1));
+    EXPECT_TRUE(kinds().empty()) << "a late result is nobody's";
+}
+
+// Whatever happens to jobs, each ends exactly once.
+RC_GTEST_PROP(JobTable, EveryJobEndsExactlyOnce, (const std::vector<std::uint32_t>& steps)) {
+    ManualClock clock;
+    JobTable table(8);
+    std::multiset<JobKey> offered, ended;
+    std::vector<JobKey> running;
+    const auto collect = [&] {
+        for (const JobEvent& event : table.takeEvents())
+            if (event.kind != Kind::Lease) ended.insert(event.key);
+    };
+    for (const std::uint32_t step : steps) {
+        const std::uint64_t job = step / 8 % 5;
+        const std::uint32_t attempt = step / 40 % 4 + 1;
+        switch (step % 8) {
+            case 0: case 1: case 2:
+                offered.insert({job, attempt});
+                table.offer(offerOf(job, attempt), true, clock.now());
+                break;
+            case 3:
+                if (const auto started = table.start(clock.now())) running.push_back(started->key);
+                break;
+            case 4:
+                table.cancel({job, attempt});
+                break;
+            case 5:
+                if (!running.empty()) table.finish(running[step % running.size()], failure("no"));
+                break;
+            case 6:
+                clock.advance(std::chrono::milliseconds(step % 4000));
+                table.advance(clock.now());
+                break;
+            default:
+                if (!running.empty()) table.alive(running[step % running.size()], 0.5f, clock.now());
+        }
+    }
+    table.cancelAll();
+    collect();
+    RC_ASSERT(table.size() == 0u);
+    RC_ASSERT(offered == ended);
+}
+
+// The thread around it: a handler gets its payload, its result comes back; one that is cancelled learns of it.
+struct Queue : testing::Test {
+    std::mutex mutex;
+    std::condition_variable woken;
+    std::map<JobKey, JobEvent> ended;
+    std::atomic<bool> sawStop = false;
+    std::atomic<bool> looping = false;
+    std::unique_ptr<JobQueue> queue;
+
+    Queue() {
+        std::map<std::string, JobHandler> handlers;
+        handlers["reverse"] = [](JobWork& work) -> Result<std::vector<std::byte>> {
+            return std::vector<std::byte>(work.payload().rbegin(), work.payload().rend());
+        };
+        handlers["loop"] = [this](JobWork& work) -> Result<std::vector<std::byte>> {
+            while (work.alive(0.5f)) {
+                looping = true;
+                std::this_thread::sleep_for(1ms);
+            }
+            sawStop = true;
+            return failure("stopped");
+        };
+        queue = std::make_unique<JobQueue>(std::move(handlers), [this] { woken.notify_all(); });
+    }
+    bool waitFor(const std::function<bool()>& condition) {
+        for (int i = 0; i < 20'000; ++i) {
+            for (JobEvent& event : queue->takeEvents())
+                if (event.kind != Kind::Lease) ended[event.key] = std::move(event);
+            if (condition()) return true;
+            std::this_thread::sleep_for(1ms);
+        }
+        return false;
+    }
+};
+
+TEST_F(Queue, WorksOnJobsAndReturnsTheirResults) {
+    queue->offer({{1, 1}, "reverse", {std::byte{1}, std::byte{2}}, 10s});
+    queue->offer({{2, 1}, "unknown", {}, 10s});
+    ASSERT_TRUE(waitFor([&] { return ended.size() == 2; }));
+    EXPECT_EQ((ended[{1, 1}].result), (std::vector{std::byte{2}, std::byte{1}}));
+    EXPECT_EQ((ended[{2, 1}].kind), Kind::Refused);
+}
+
+TEST_F(Queue, ACancelledJobStops) {
+    queue->offer({{1, 1}, "loop", {}, 60s});
+    queue->offer({{2, 1}, "reverse", {}, 60s});
+    ASSERT_TRUE(waitFor([&] { return looping.load(); }));
+    queue->cancel({1, 1});
+    ASSERT_TRUE(waitFor([&] { return ended.size() == 2; }));
+    EXPECT_EQ((ended[{1, 1}].kind), Kind::Cancelled);
+    EXPECT_EQ((ended[{2, 1}].kind), Kind::Done);
+    EXPECT_TRUE(sawStop);
+}
+
+TEST_F(Queue, EndsWhileAJobRuns) {
+    queue->offer({{1, 1}, "loop", {}, 60s});
+    ASSERT_TRUE(waitFor([&] { return looping.load(); }));
+    queue.reset();
+    EXPECT_TRUE(sawStop);
+}
+
+}  // namespace
+}  // namespace umbriel

@@ -1,0 +1,175 @@
+#include "common/net/asio_pump.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <thread>
+
+namespace umbriel::net {
+namespace {
+
+using namespace std::chrono_literals;
+using protocol::Action;
+using protocol::ConnectionId;
+
+// Sends back what it gets, dials when told to, and remembers what happened.
+class Echo final : public protocol::Endpoint {
+ public:
+    void opened(ConnectionId id, std::uint64_t tag, TimePoint) override {
+        _queues.emplace(id, std::make_unique<protocol::SendQueue>(std::size_t{64} << 20));
+        if (tag != 0) dialled = id;
+    }
+    void dialFailed(std::uint64_t, const std::string& why, TimePoint) override { set([&] { failure = why; }); }
+    void received(ConnectionId id, std::span<const std::byte> bytes, TimePoint) override {
+        if (id == dialled) return set([&] { answer.insert(answer.end(), bytes.begin(), bytes.end()); });
+        _queues.at(id)->push({bytes.begin(), bytes.end()});
+    }
+    void written(ConnectionId, TimePoint) override {}
+    void closed(ConnectionId id, const std::string&, TimePoint) override {
+        _queues.erase(id);
+        set([&] { ++endings; });
+    }
+    void advance(TimePoint) override {
+        due = TimePoint::max();
+        set([&] { ++advances; });
+    }
+    TimePoint deadline() const override { return due; }
+    std::optional<Action> nextAction() override {
+        if (actions.empty()) return std::nullopt;
+        const Action action = actions.back();
+        actions.pop_back();
+        return action;
+    }
+    protocol::SendQueue* output(ConnectionId id) override {
+        const auto found = _queues.find(id);
+        return found == _queues.end() ? nullptr : found->second.get();
+    }
+
+    template <class Condition>
+    bool wait(Condition condition) {
+        std::unique_lock lock(_mutex);
+        return _changed.wait_for(lock, 20s, condition);
+    }
+
+    std::vector<Action> actions;
+    TimePoint due = TimePoint::max();
+    ConnectionId dialled = 0;
+    std::string failure;
+    std::vector<std::byte> answer;
+    int endings = 0;
+    int advances = 0;
+
+ private:
+    template <class Change>
+    void set(Change change) {
+        const std::lock_guard lock(_mutex);
+        change();
+        _changed.notify_all();
+    }
+    std::mutex _mutex;
+    std::condition_variable _changed;
+    std::map<ConnectionId, std::unique_ptr<protocol::SendQueue>> _queues;
+};
+
+struct Running {
+    Echo echo;
+    AsioPump pump;
+    std::thread thread;
+    explicit Running(bool insecure = false) : pump(echo, insecure) {}
+    void run() {
+        thread = std::thread([this] { pump.run(); });
+    }
+    ~Running() {
+        pump.stop();
+        if (thread.joinable()) thread.join();
+    }
+    void dial(const std::string& host, std::uint16_t port) {
+        pump.post([this, host, port] { echo.actions.push_back({Action::Kind::Dial, 0, 1, host, port}); });
+    }
+};
+
+TEST(AsioPump, BytesArriveCompleteAndInOrder) {
+    Running server, client;
+    const auto port = server.pump.listen("127.0.0.1", 0);
+    ASSERT_TRUE(port) << port.error().message;
+    server.run();
+    client.run();
+    client.dial("localhost", *port);
+    wire::Bytes sent(8 << 20);
+    for (std::size_t i = 0; i < sent.size(); ++i) sent[i] = static_cast<std::byte>(i * 7 + i / 251);
+    const auto shared = std::make_shared<const wire::Bytes>(sent);
+    std::atomic<bool> pushed = false;
+    while (!pushed) {
+        client.pump.post([&] {
+            if (client.echo.dialled && !pushed.exchange(true)) client.echo.output(client.echo.dialled)->push({}, shared);
+        });
+        std::this_thread::sleep_for(1ms);
+    }
+    ASSERT_TRUE(client.echo.wait([&] { return client.echo.answer.size() == sent.size(); }));
+    EXPECT_TRUE(client.echo.answer == sent);
+}
+
+TEST(AsioPump, LastWordsAreReadBeforeTheEnd) {
+    Running server, client;
+    const auto port = server.pump.listen("127.0.0.1", 0);
+    ASSERT_TRUE(port);
+    server.run();
+    client.run();
+    client.dial("127.0.0.1", *port);
+    std::atomic<bool> pushed = false;
+    while (!pushed) {
+        client.pump.post([&] {
+            if (!client.echo.dialled || pushed.exchange(true)) return;
+            client.echo.output(client.echo.dialled)->push(wire::Bytes(100, std::byte{1}));
+            client.echo.actions.push_back({Action::Kind::Close, client.echo.dialled, 0, {}, 0});
+        });
+        std::this_thread::sleep_for(1ms);
+    }
+    EXPECT_TRUE(client.echo.wait([&] { return client.echo.endings == 1; }));
+    EXPECT_TRUE(server.echo.wait([&] { return server.echo.endings == 1; }));
+}
+
+TEST(AsioPump, NothingBeyondLoopbackWithoutPermission) {
+    Running pump;
+    const auto port = pump.pump.listen("0.0.0.0", 0);
+    ASSERT_FALSE(port);
+    EXPECT_EQ(port.error().kind, Error::Kind::BadInput);
+    EXPECT_NE(port.error().message.find("--insecure-lan"), std::string::npos);
+    pump.run();
+    pump.dial("192.0.2.1", 7420);
+    ASSERT_TRUE(pump.echo.wait([&] { return !pump.echo.failure.empty(); }));
+    EXPECT_NE(pump.echo.failure.find("--insecure-lan"), std::string::npos) << pump.echo.failure;
+
+    Running allowed(true);
+    EXPECT_TRUE(allowed.pump.listen("0.0.0.0", 0));
+}
+
+TEST(AsioPump, APortInUseAndAHostThatIsNotThereAreErrors) {
+    Running first, second;
+    const auto port = first.pump.listen("127.0.0.1", 0);
+    ASSERT_TRUE(port);
+    const auto again = second.pump.listen("127.0.0.1", *port);
+    ASSERT_FALSE(again);
+    EXPECT_NE(again.error().message.find("address already in use"), std::string::npos) << again.error().message;
+    Running dialler;
+    dialler.run();
+    dialler.dial("127.0.0.1", 1);
+    ASSERT_TRUE(dialler.echo.wait([&] { return !dialler.echo.failure.empty(); }));
+    EXPECT_EQ(dialler.echo.failure, "connection refused");
+}
+
+TEST(AsioPump, DeadlinesAreKept) {
+    Running pump;
+    pump.echo.due = SteadyClock().now() + 20ms;
+    pump.run();
+    EXPECT_TRUE(pump.echo.wait([&] { return pump.echo.advances == 1; }));
+}
+
+}  // namespace
+}  // namespace umbriel::net
