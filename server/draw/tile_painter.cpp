@@ -9,6 +9,11 @@ namespace {
 constexpr GLuint kFrameBinding = 0;
 // What is drawn exceeds what is shown by this: coordinates are rounded to 1/256 pixel, matrices to float.
 constexpr double kMarginPixels = 1.0;
+// How far a shadow lookup may lie from the surface, in texels along an axis of the map: the normal offset moves it by at
+// most (|nx| + |ny|) |nx| <= (1 + sqrt(2)) / 2 times its setting, the nearest texel's centre is half a texel away, and
+// 0.1 covers rounding.
+constexpr double kNormalOffsetReach = 1.2072;
+constexpr double kTexelReach = 0.6;
 
 // As the block in shaders/snippet/frame.glsl.
 struct FrameBlock {
@@ -353,7 +358,7 @@ Result<void> TilePainter::paintShadows(const Aspect& scene, const FramePlan& pla
         const PixelRect grown{tile.x - reach, tile.y - reach, tile.width + 2 * reach, tile.height + 2 * reach};
         for (const ShadowFit* fit : painting.scene.lights.fits)
             painting.masks.emplace_back(fit->clipFromWorld * glm::translate(glm::dmat4(1.0), view.eyeWorld), fit->mapSize,
-                                        1.5 * std::abs(fit->normalOffset) + 1.5);
+                                        kNormalOffsetReach * std::abs(fit->normalOffset) + kTexelReach);
         markReceivers(painting.scene, tileFrustum(view, intersect(grown, view.region), kMarginPixels), painting.masks);
     }
     for (const PlannedPass& pass : plan.passes) {
