@@ -12,6 +12,7 @@
 #include "client/import/procedural.h"
 #include "client/session/animation_player.h"
 #include "client/session/views.h"
+#include "common/base/hash.h"
 #include "common/base/log.h"
 #include "common/scene/core_types.h"
 #include "common/wall/grid.h"

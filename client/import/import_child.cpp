@@ -67,8 +67,8 @@ void importInto(const std::string& file, const ImportLimits& limits, AnswerWrite
     IdSource ids;
     Aspect scene(types, ids);
     ImportWarnings warnings;
-    const Ref<LoadedScene> loaded = isObjFile(file) ? importObj(file, scene, limits, warnings)
-                                                    : importGltf(file, scene, limits, warnings);
+    const Ref<LoadedScene> loaded =
+        isObjFile(file) ? importObj(file, scene, limits, warnings) : importGltf(file, scene, limits, warnings);
     bool draws = false;
     for (const ContainerId id : scene.ids()) draws = draws || isA<Geometry>(*scene.find(id));
     if (!draws) warnings.add("there is nothing to draw");
@@ -78,15 +78,11 @@ void importInto(const std::string& file, const ImportLimits& limits, AnswerWrite
 
 }  // namespace
 
-std::vector<std::string> importChildArguments(const std::string& file, const ImportLimits& limits, int answerDescriptor) {
-    return {std::to_string(answerDescriptor),
-            std::to_string(limits.fileBytes),
-            std::to_string(limits.sceneBytes),
-            std::to_string(limits.processBytes),
-            std::to_string(limits.cpuTime.count()),
-            std::to_string(limits.containers),
-            std::to_string(limits.imageSide),
-            std::to_string(limits.depth),
+std::vector<std::string> importChildArguments(const std::string& file, const ImportLimits& limits,
+                                              int answerDescriptor) {
+    return {std::to_string(answerDescriptor), std::to_string(limits.fileBytes), std::to_string(limits.sceneBytes),
+            std::to_string(limits.processBytes), std::to_string(limits.cpuTime.count()),
+            std::to_string(limits.containers), std::to_string(limits.imageSide), std::to_string(limits.depth),
             // Never mistaken for an option, whatever the file is called.
             file.starts_with('/') ? file : "./" + file};
 }
@@ -96,10 +92,11 @@ int runImportChild(const ImportChildOptions& options) {
     ImportLimits limits;
     int descriptor = -1;
     std::int64_t cpuSeconds = 0;
-    if (arguments.size() != kArgumentCount || !parse(arguments[0], descriptor) || !parse(arguments[1], limits.fileBytes) ||
-        !parse(arguments[2], limits.sceneBytes) || !parse(arguments[3], limits.processBytes) ||
-        !parse(arguments[4], cpuSeconds) || !parse(arguments[5], limits.containers) ||
-        !parse(arguments[6], limits.imageSide) || !parse(arguments[7], limits.depth) || fcntl(descriptor, F_GETFD) < 0) {
+    if (arguments.size() != kArgumentCount || !parse(arguments[0], descriptor) ||
+        !parse(arguments[1], limits.fileBytes) || !parse(arguments[2], limits.sceneBytes) ||
+        !parse(arguments[3], limits.processBytes) || !parse(arguments[4], cpuSeconds) ||
+        !parse(arguments[5], limits.containers) || !parse(arguments[6], limits.imageSide) ||
+        !parse(arguments[7], limits.depth) || fcntl(descriptor, F_GETFD) < 0) {
         log::error("import-child is started by umbriel itself, with a pipe for its answer");
         return 2;
     }

@@ -11,7 +11,7 @@ namespace umbriel {
 // every texel that the tile samples, up to texels whose caster lies behind everything they are compared with.
 class CasterMask {
    public:
-    static constexpr int kCells = 256;  // along each side of the map
+    static constexpr int kCells = 512;  // along each side of the map
 
     // dilationTexels: how far bias and filter move a lookup away from the point that is looked up.
     CasterMask(const glm::dmat4& lightClipFromRelative, std::uint32_t mapSize, double dilationTexels);

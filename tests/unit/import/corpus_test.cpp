@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 class Corpus : public testing::Test {
-   protected:
+ protected:
     void SetUp() override {
         const char* shared = std::getenv("UMBRIEL_SHARED");
         if (!shared || !fs::exists(fs::path(shared) / "data")) GTEST_SKIP() << "UMBRIEL_SHARED is not set";
@@ -40,7 +40,6 @@ std::size_t trianglesBelow(const Aspect& scene, Ref<Node> root) {
     for (std::size_t i = 0; i < node.children.size(); ++i) count += trianglesBelow(scene, node.children[i]);
     return count;
 }
-
 
 // Rows of the manifest's table of scenes: path and "tris drawn N".
 std::map<std::string, std::size_t> trianglesOfManifest(const fs::path& data) {
@@ -90,7 +89,8 @@ TEST_F(Corpus, MeshesLoad) {
             const auto loaded = loadScene(entry.path().string(), scene, ids);
             ASSERT_TRUE(loaded) << loaded.error().message;
             EXPECT_GT(trianglesBelow(scene, scene.get(loaded->scene).root), 0u) << entry.path();
-            std::cout << entry.path().filename() << ": " << trianglesBelow(scene, scene.get(loaded->scene).root) << "\n";
+            std::cout << entry.path().filename() << ": " << trianglesBelow(scene, scene.get(loaded->scene).root)
+                      << "\n";
             for (const std::string& warning : loaded->warnings) std::cout << "  " << warning << "\n";
         }
 }
@@ -150,8 +150,8 @@ TEST_F(Corpus, BrokenFilesEndInTimeAndMemoryAndValidOnesLoad) {
     rusage children{};
     getrusage(RUSAGE_CHILDREN, &children);
     EXPECT_LT(children.ru_maxrss, 2 * 1024 * 1024) << "KiB";
-    std::cout << loadedCount << " loaded, " << refusedCount << " refused, longest " << longest << " s, largest import process "
-              << children.ru_maxrss / 1024 << " MiB\n";
+    std::cout << loadedCount << " loaded, " << refusedCount << " refused, longest " << longest
+              << " s, largest import process " << children.ru_maxrss / 1024 << " MiB\n";
 }
 
 }  // namespace
