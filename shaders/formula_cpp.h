@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/math/glm.h"
+#include <glm/glm.hpp>
 
 // The shared formulas (formula/*.glsl) as C++, once in float and once in double. shaders/README.md describes the subset
 // of GLSL that makes this possible. The functions are documented in the .glsl files.

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "common/math/glm.h"
+#include <glm/glm.hpp>
 
 // The structs that C++ fills and GLSL reads (structs/*.glsl), with their layout asserted. shaders/README.md says which
 // members are allowed.
@@ -20,6 +20,7 @@ using glm::vec2;
 using glm::vec3;
 using glm::vec4;
 #include "shaders/structs/light.glsl"
+#include "shaders/structs/standard_shadow.glsl"
 }  // namespace umbriel::gpu
 
 #undef LAYOUT_SIZE

@@ -12,6 +12,7 @@
 #include "client/import/procedural.h"
 #include "client/session/animation_player.h"
 #include "client/session/views.h"
+#include "common/base/hash.h"
 #include "common/base/log.h"
 #include "common/scene/core_types.h"
 #include "common/wall/grid.h"
@@ -128,7 +129,7 @@ Result<std::unique_ptr<LoadedStage>> loadStage(const std::string& scene, const T
                                                const StageOptions& options, double aspectRatio) {
     auto result = std::make_unique<LoadedStage>();
     result->scene = std::make_unique<Aspect>(types, result->ids);
-    if (scene.starts_with("demo:")) {
+    if (isDemo(scene)) {
         const auto demo = buildDemo(scene, *result->scene);
         if (!demo) return demo.error();
         result->loaded = *demo;

@@ -144,7 +144,7 @@ class Edit {
         aspect._openEdits.push_back(&container);
     }
     ~Edit() {
-        if (_fields != 0) _aspect.record(_container.id(), _fields, _multis);
+        if (_fields != 0) _aspect.record(base().id(), _fields, _multis);
         _aspect.closeEdit(_container);
     }
     Edit(const Edit&) = delete;
@@ -212,6 +212,8 @@ class Edit {
     }
 
  private:
+    // A type may have fields called id or type.
+    const Container& base() const { return _container; }
     template <class Value>
     static bool bitEqual(const Value& a, const Value& b) {
         if constexpr (std::is_trivially_copyable_v<Value>)
@@ -223,7 +225,7 @@ class Edit {
     template <auto Member>
     std::uint32_t indexOf() const {
         const void* address = FieldAccess::valueOf(_container.*Member);
-        const auto& fields = _container.type().fields;
+        const auto& fields = base().type().fields;
         for (std::uint32_t i = 0; i < fields.size(); ++i)
             if (fields[i].address(_container) == address) return i;
         UMBRIEL_ASSERT(false, "this member was not declared as a field");

@@ -109,8 +109,11 @@ class TypeRegistry {
     std::vector<std::unique_ptr<TypeDescriptor>> _types;
 };
 
-// True when T is a declared container type.
+// True when the container is of the declared type T; of Container itself everything is.
 template <class T>
-bool isA(const Container& container) { return container.type().cppType == &kTypeTag<T>; }
+bool isA(const Container& container) {
+    if constexpr (std::is_same_v<T, Container>) return true;
+    else return container.type().cppType == &kTypeTag<T>;
+}
 
 }  // namespace umbriel

@@ -108,7 +108,10 @@ EGLDisplay platformDisplay(EGLenum platform, void* native) {
 
 Result<EGLDisplay> surfacelessDisplay() {
     if (!hasExtension(eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS), "EGL_MESA_platform_surfaceless"))
-        return failure("EGL: this driver has no surfaceless platform (EGL_MESA_platform_surfaceless)");
+        return failure(
+            "EGL: no driver here draws without a window system (EGL_MESA_platform_surfaceless); install libegl-mesa0 "
+            "or "
+            "the GPU's driver");
     const EGLDisplay display = platformDisplay(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY);
     if (display == EGL_NO_DISPLAY) return failure("EGL: no surfaceless display: " + lastEglError());
     return display;
@@ -226,7 +229,8 @@ Result<HeadlessContext> HeadlessContext::createOn(void* display, const std::stri
     EGLint major = 0;
     EGLint minor = 0;
     if (!eglInitialize(display, &major, &minor))
-        return failure(fmt::format("EGL: {} cannot be initialised: {}", platform, lastEglError()));
+        return failure(fmt::format("EGL: {} cannot be initialised: {}; install libgl1-mesa-dri or the GPU's driver",
+                                   platform, lastEglError()));
     const char* extensions = eglQueryString(display, EGL_EXTENSIONS);
     if (!eglBindAPI(EGL_OPENGL_API))
         return failure(

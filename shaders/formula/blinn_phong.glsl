@@ -2,10 +2,10 @@
 #include "formula/guard.glsl"
 #endif
 
-// Blinn's variant of Phong's model, as OpenGL summed it (Ganster's textbook source, eqs. 5.7, 5.11, 5.13). Not
+// Blinn's variant of Phong's model (Blinn 1977), as OpenGL's fixed function summed it (OpenGL 2.1, 2.14.1). Not
 // reciprocal, and it does not claim to conserve energy.
 //
-// Units: the light's colour in the textbook sum is irradiance / pi here, so that a diffuse colour is an albedo, as in
+// Units: the light's colour in OpenGL's sum is irradiance / pi here, so that a diffuse colour is an albedo, as in
 // the other models, and ambient light of radiance a comes back as ambient * a.
 
 struct BlinnPhong {
@@ -14,7 +14,8 @@ struct BlinnPhong {
     Real shininess;  // s >= 0
 };
 
-// [n.l > 0] (n.h)^s with h = norm(v + l); 0 where light and eye are exactly opposite. Unit vectors away from the surface.
+// [n.l > 0] (n.h)^s with h = norm(v + l); 0 where light and eye are exactly opposite. Unit vectors that point away from
+// the surface.
 FORMULA_FN Real blinnPhongHighlight(Vec3 normal, Vec3 toLight, Vec3 toEye, Real shininess) {
     if (!(dot(normal, toLight) > REAL(0.0))) return REAL(0.0);
     Vec3 sum = toLight + toEye;
@@ -31,7 +32,7 @@ FORMULA_FN Vec3 blinnPhongReflect(BlinnPhong material, Vec3 normal, Vec3 toLight
     return (material.diffuse * cosLight + material.specular * highlight) * kInversePi;
 }
 
-// Radiance towards the eye under the same radiance from everywhere (5.5): a_P a, dimmed by occlusion.
+// Radiance towards the eye under the same radiance from everywhere: a_P a, dimmed by occlusion.
 FORMULA_FN Vec3 blinnPhongAmbient(Vec3 ambient, Vec3 ambientRadiance, Real occlusion) {
     return ambient * ambientRadiance * occlusion;
 }

@@ -6,8 +6,8 @@
 
 // The material of glTF 2.0, appendix B.3: a dielectric (diffuse below a coat of reflectance 0.04) and a metal, mixed.
 //
-// It is reciprocal. Each of its two lobes gives back at most what it gets, but their sum is glTF's simple mix: at grazing
-// angles it reflects more (tests/numerics says how much), so it does not claim to conserve energy.
+// It is reciprocal. Each of its two lobes gives back at most what it gets, but their sum is glTF's simple mix: at
+// grazing angles it reflects more (README.md says how much), so it does not claim to conserve energy.
 
 FORMULA_CONST Real kDielectricReflectance = REAL(0.04);
 

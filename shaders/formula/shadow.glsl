@@ -6,14 +6,14 @@
 
 // How far a receiver must be moved along its normal so that it does not shadow itself, in metres.
 //
-// A map stores the depth of texel centres. A plane with unit normal n in the map's frame (x and y along the texels, z
+// A map stores the depth of texel centres. A plane with unit normal n in the light's frame (x and y along the texels, z
 // along its axis) is stored up to `reachTexels` away in x and in y: there its depth differs by
 // (|n.x| + |n.y|) / |n.z| * reach * texel. Moving it by d along the normal moves its depth by d / |n.z|, so
 // d = reach * texel * (|n.x| + |n.y|) is enough at every angle, grazing included, and no more than needed. The same
-// holds, to first order in the texel, for a perspective map with the texel size at the receiver. Reach is 1/2 for one nearest texel, 1 for
-// the 2x2 comparison of the hardware, radius + 1/2 or 1 for wider filters.
-FORMULA_FN Real shadowNormalOffset(Vec3 normalMap, Real texel, Real reachTexels) {
-    return reachTexels * texel * (abs(normalMap.x) + abs(normalMap.y));
+// holds, to first order in the texel, for a perspective map with the texel size at the receiver. Reach is 1/2 for one
+// nearest texel, 1 for the 2x2 comparison of the hardware, and a filter's radius more for wider ones.
+FORMULA_FN Real shadowNormalOffset(Vec3 normalLight, Real texel, Real reachTexels) {
+    return reachTexels * texel * (abs(normalLight.x) + abs(normalLight.y));
 }
 
 // How far in depth, in metres, a receiver must be moved towards the light for the rounding of float coordinates up to

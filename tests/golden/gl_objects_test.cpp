@@ -286,6 +286,18 @@ TEST_F(GlObjects, MovedFromObjectsAreEmptyAndDeleteNothing) {
     EXPECT_FALSE(glIsBuffer(id));
 }
 
+#ifdef UMBRIEL_DEBUG
+TEST_F(GlObjects, DebugBuildsEndWhenAnObjectDiesWithoutItsContext) {
+    GTEST_FLAG_SET(death_test_style, "threadsafe");
+    EXPECT_DEATH(
+        {
+            const Buffer orphan = require(Buffer::create(size_t{16}));
+            context->releaseCurrent();
+        },
+        "its context is not current");
+}
+#endif
+
 TEST(ShaderSource, IncludesEachFileOnceAndPutsDefinesFirst) {
     const std::array<shaders::ShaderFile, 3> files{{{"main.glsl", "#include \"b.glsl\"\n#include \"a.glsl\"\nmain\n"},
                                                     {"a.glsl", "a\n"},

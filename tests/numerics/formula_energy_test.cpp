@@ -114,6 +114,9 @@ TEST(FormulaEnergy, WhiteDielectricGivesTooMuchAtGrazingAnglesOnly) {
         EXPECT_LE(whole(roughness, 0.01), 2) << roughness;
     }
     EXPECT_GT(whole(0.045, 0.05), 1.2);
+    RecordProperty("smooth_at_87_degrees", std::to_string(whole(0.045, 0.05)));
+    RecordProperty("smooth_at_60_degrees", std::to_string(whole(0.045, 0.5)));
+    RecordProperty("rough_at_60_degrees", std::to_string(whole(1.0, 0.5)));
 }
 
 TEST(FormulaEnergy, LightAndEyeMayBeExchanged) {

@@ -83,7 +83,7 @@ TEST(FormulaValues, NothingIsReflectedFromBehind) {
     const auto m = material(dvec3(1), 0.5, 0.3);
     EXPECT_EQ(f::metallicRoughnessReflect(m, kUp, atAngle(kPi / 2 + 0.01), kUp), dvec3(0));
     EXPECT_EQ(f::blinnPhongReflect(blinnPhong(1, 1, 8), kUp, atAngle(kPi / 2 + 0.01), kUp), dvec3(0));
-    // The gate is strict: a light exactly in the plane of the surface gives nothing (5.10).
+    // The gate is strict: a light exactly in the plane of the surface gives nothing.
     EXPECT_EQ(f::blinnPhongReflect(blinnPhong(1, 1, 8), kUp, dvec3(1, 0, 0), kUp), dvec3(0));
 }
 

@@ -52,7 +52,7 @@ constexpr std::array kModules{
     ModuleRule{"server/session", "common/* server/gl server/shadow server/light server/draw server/bake"},
     ModuleRule{"server/app", "common/* server/*"},
 
-    ModuleRule{"shaders", "common/math"},
+    ModuleRule{"shaders", ""},
 };
 
 // A library whose headers stay inside the listed paths (prefixes); empty: nowhere.

@@ -10,7 +10,7 @@ namespace {
 
 bool isCode(const std::filesystem::path& path) {
     const std::string extension = path.extension();
-    return extension == ".h" || extension == ".cpp" || extension == ".glsl";
+    return extension == ".h" || extension == ".cpp" || extension == ".glsl" || extension == ".inc";
 }
 
 }  // namespace

@@ -50,11 +50,11 @@ TEST(Tree, EveryTrackedSourceIsReadByTheIncludeTest) {
     }
     const std::vector<std::string> read = codeFiles();
     for (const std::string& file : *files) {
-        const bool code = std::ranges::any_of(
-            std::vector<std::string>{".h", ".hpp", ".cpp", ".cc", ".c", ".glsl", ".vert", ".frag", ".geom", ".comp"},
-            [&](const std::string& extension) { return file.ends_with(extension); });
+        const bool code = std::ranges::any_of(std::vector<std::string>{".h", ".hpp", ".cpp", ".cc", ".c", ".inc",
+                                                                       ".glsl", ".vert", ".frag", ".geom", ".comp"},
+                                              [&](const std::string& extension) { return file.ends_with(extension); });
         EXPECT_TRUE(!code || std::ranges::binary_search(read, file))
-            << file << ": code lies below common, client, server, shaders or tests and ends in .h, .cpp or .glsl";
+            << file << ": code lies below common, client, server, shaders or tests and ends in .h, .cpp, .inc or .glsl";
     }
 }
 

@@ -1,0 +1,339 @@
+#include "client/session/cluster.h"
+
+#include <fmt/format.h>
+#include <sys/random.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "client/session/server_process.h"
+#include "common/base/log.h"
+#include "common/net/asio_pump.h"
+#include "common/protocol/cluster_client.h"
+#include "common/scene/digest.h"
+#include "common/wire/change_codec.h"
+#include "common/wire/view_codec.h"
+
+namespace umbriel {
+namespace {
+
+// Every part of a change list fits into one message, whatever text is in it.
+constexpr std::size_t kPartBytes = 128 * 1024;
+// Embedded servers start a driver each; on a busy machine dozens of them take a while.
+constexpr auto kEmbeddedStart = std::chrono::seconds(60);
+constexpr auto kStillWaiting = std::chrono::seconds(5);
+
+std::filesystem::path programBeside() {
+    std::error_code error;
+    const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
+    return self.parent_path() / "umbriel-server";
+}
+
+std::string clientName() {
+    char host[256] = {};
+    if (::gethostname(host, sizeof(host) - 1) != 0) host[0] = '\0';
+    return fmt::format("umbriel-{}@{}", ::getpid(), std::string(host).substr(0, 64));
+}
+
+Result<wire::Token> randomToken() {
+    wire::Token token;
+    if (::getrandom(&token, sizeof(token), 0) != static_cast<ssize_t>(sizeof(token)))
+        return failure("the system gives no random numbers");
+    return token;
+}
+
+// Tiles for every server, round robin, and the wall they make.
+struct Dealt {
+    PixelSize wall;
+    std::vector<std::vector<TileAssignment>> tiles;
+};
+
+Dealt deal(const std::vector<TileAssignment>& tiles, std::size_t servers) {
+    Dealt dealt{{}, std::vector<std::vector<TileAssignment>>(servers)};
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+        const PixelRect& pixels = tiles[i].pixels;
+        dealt.wall.width = std::max(dealt.wall.width, pixels.x + pixels.width);
+        dealt.wall.height = std::max(dealt.wall.height, pixels.y + pixels.height);
+        dealt.tiles[i % servers].push_back(tiles[i]);
+    }
+    return dealt;
+}
+
+class ConnectedCluster final : public Cluster {
+ public:
+    ConnectedCluster(protocol::ClusterClientOptions options, std::vector<ServerProcess> processes, bool insecureLan)
+        : _processes(std::move(processes)), _client(std::move(options), SteadyClock().now()), _pump(_client, insecureLan) {
+        _pump.onTurn([this] { turned(); });
+        _network = std::thread([this] { _pump.run(); });
+    }
+
+    ~ConnectedCluster() override {
+        _pump.post([this] {
+            _client.leave("the client has finished");
+            const std::lock_guard lock(_mutex);
+            _leaving = true;
+        });
+        {
+            std::unique_lock lock(_mutex);
+            _changed.wait_for(lock, std::chrono::seconds(2), [&] { return _left; });
+        }
+        _pump.stop();
+        _network.join();
+    }
+
+    Result<void> connect() {
+        if (auto done = request([] {}, "connecting"); !done) return done;
+        for (std::size_t i = 0; i < _client.serverCount(); ++i) {
+            const wire::Hello& hello = _client.serverHello(i);
+            _names.push_back(hello.name);
+            _descriptions.push_back(fmt::format("{}: {}, {}, {} (build {})", hello.name, hello.glRenderer, hello.glVersion,
+                                                hello.cpu, hello.build));
+            const wire::Hello& first = _client.serverHello(0);
+            if (hello.glRenderer != first.glRenderer || hello.glVersion != first.glVersion || hello.cpu != first.cpu)
+                log::warning(fmt::format("servers '{}' and '{}' differ in renderer, version or processor: their tiles may "
+                                         "differ in last bits", first.name, hello.name));
+        }
+        return {};
+    }
+
+    Result<void> assign(const std::vector<TileAssignment>& tiles) override {
+        Dealt dealt = deal(tiles, _names.size());
+        return call([&] { _client.assign(dealt.wall, std::move(dealt.tiles)); });
+    }
+
+    Result<FrameReport> frame(Aspect& scene, const WallViews& views, double time, bool wantPixels) override {
+        const bool first = _frameNumber == 0;
+        ChangeList changes = scene.commit();
+        if (first) changes = scene.snapshot();  // what was committed before it had servers counts as well
+        _digest.update(changes, scene);
+        _hashes.forget(changes);
+        wire::EncodeOptions encoding;
+        encoding.maxPartBytes = kPartBytes;
+        encoding.hashes = &_hashes;
+        wire::EncodedChanges encoded = wire::encodeChanges(changes, scene, encoding);
+
+        FrameReport report;
+        report.frame = ++_frameNumber;
+        report.entries = encoded.entries;
+        report.changeBytes = encoded.bytes();
+        protocol::OutgoingFrame outgoing;
+        outgoing.number = _frameNumber;
+        outgoing.wantPixels = wantPixels;
+        outgoing.fromNothing = first;
+        outgoing.time = time;
+        outgoing.views = wire::encodeViews(views);
+        if (outgoing.views.size() > wire::kMaxViewBytes) return failure("the views and their shadow fits are too many");
+        outgoing.changes = std::move(encoded.parts);
+        for (wire::Blob& blob : encoded.blobs) outgoing.blobs.emplace(blob.ref.hash, std::move(blob.data));
+        outgoing.digest = _digest.total();
+
+        std::vector<protocol::ServerOutcome> outcomes;
+        std::optional<std::size_t> mismatch;
+        if (auto done = request([&] { _client.beginFrame(std::move(outgoing), SteadyClock().now()); },
+                                fmt::format("frame {}", _frameNumber));
+            !done)
+            return done.error();
+        if (auto done = call([&] {
+                outcomes = _client.takeOutcome();
+                mismatch = _client.mismatch();
+            });
+            !done)
+            return done.error();
+        if (mismatch) return differing(*mismatch, scene);
+        for (std::size_t i = 0; i < outcomes.size(); ++i) {
+            protocol::ServerOutcome& outcome = outcomes[i];
+            ServerReport server;
+            server.name = _names[i];
+            server.bytes = outcome.bytes;
+            server.viewBytes = outcome.viewBytes;
+            server.drawMilliseconds = outcome.ready.drawMilliseconds;
+            server.waitMilliseconds = toMilliseconds(outcome.wait);
+            server.triangles = outcome.ready.triangles;
+            server.shadowTriangles = outcome.ready.shadowTriangles;
+            server.digest = outcome.ready.digest;
+            report.servers.push_back(std::move(server));
+            std::move(outcome.tiles.begin(), outcome.tiles.end(), std::back_inserter(report.tiles));
+        }
+        std::sort(report.tiles.begin(), report.tiles.end(),
+                  [](const TilePixels& a, const TilePixels& b) { return a.tile.tile < b.tile.tile; });
+        return report;
+    }
+
+    Result<std::vector<std::string>> explain() override {
+        std::vector<std::string> texts;
+        if (auto done = request([&] { _client.beginExplain(); }, "the frame plan"); !done) return done.error();
+        if (auto done = call([&] { texts = _client.takeExplanations(); }); !done) return done.error();
+        return texts;
+    }
+
+    std::vector<std::string> serverDescriptions() const override { return _descriptions; }
+
+ private:
+    // After every turn of the network thread.
+    void turned() {
+        const std::lock_guard lock(_mutex);
+        if (_client.error() && !_leaving) _error = *_client.error();
+        if (_started && (!_client.isBusy() || _error)) {
+            _started = false;
+            _done = true;
+        }
+        if (_leaving && !_client.hasConnections()) _left = true;
+        if (_done || _left || _error) _changed.notify_all();
+    }
+
+    // Starts a request on the network thread and waits until it is over, saying now and then for whom.
+    Result<void> request(std::function<void()> start, const std::string& what) {
+        std::unique_lock lock(_mutex);
+        if (_error) return *_error;
+        _done = false;
+        lock.unlock();
+        _pump.post([this, start = std::move(start)] {
+            {
+                const std::lock_guard inner(_mutex);
+                if (_error) return;  // the caller has been told and is gone
+                _started = true;
+            }
+            start();
+        });
+        lock.lock();
+        while (!_changed.wait_for(lock, kStillWaiting, [&] { return _done || _error; })) {
+            _pump.post([this, what] {
+                std::string names;
+                for (const std::string& name : _client.waitingFor()) names += (names.empty() ? "" : ", ") + name;
+                log::warning(fmt::format("{}: still waiting for {}", what, names));
+            });
+        }
+        if (_error) return *_error;
+        return {};
+    }
+
+    // Runs the function on the network thread, between requests.
+    Result<void> call(std::function<void()> function) { return request(std::move(function), "the network thread"); }
+
+    // Names the first container and field in which a server's state is not ours.
+    Error differing(std::size_t server, const Aspect& scene) {
+        const auto ours = _digest.containers();
+        const std::string where = fmt::format("frame {}: the state of server '{}' differs", _frameNumber, _names[server]);
+        ContainerId after;
+        auto expected = ours.begin();
+        for (;;) {
+            const auto page = digests(server, {ContainerId(), after});
+            if (!page) return page.error();
+            for (const auto& [key, digest] : page->digests) {
+                const ContainerId id{key};
+                if (expected == ours.end() || id < expected->first)
+                    return failure(fmt::format("{}: it has a container #{} that the client has not", where, key));
+                if (expected->first < id) break;
+                if (expected->second != digest) return differingField(server, scene, id, where);
+                ++expected;
+                after = id;
+            }
+            if (expected != ours.end() && !page->digests.empty() && ContainerId{page->digests.back().first} > expected->first)
+                break;
+            if (!page->more) break;
+        }
+        if (expected != ours.end())
+            return failure(fmt::format("{}: it lacks container {}", where, nameOf(scene, expected->first)));
+        return failure(fmt::format("{}, yet every container is equal: its digest is wrong", where));
+    }
+
+    Error differingField(std::size_t server, const Aspect& scene, ContainerId id, const std::string& where) {
+        const auto fields = digests(server, {id, ContainerId()});
+        if (!fields) return fields.error();
+        const Container* container = scene.find(id);
+        for (const auto& [index, digest] : fields->digests) {
+            if (!container || index >= container->type().fields.size()) break;
+            if (_digest.ofField(id, static_cast<std::uint32_t>(index)) != digest)
+                return failure(fmt::format("{} in container {}, field '{}'", where, nameOf(scene, id),
+                                           container->type().fields[index].name));
+        }
+        return failure(fmt::format("{} in container {}", where, nameOf(scene, id)));
+    }
+
+    static std::string nameOf(const Aspect& scene, ContainerId id) {
+        const Container* container = scene.find(id);
+        if (!container) return fmt::format("#{}", id.value);
+        return fmt::format("{} #{} '{}'", container->type().name, id.value, container->name.get());
+    }
+
+    Result<wire::DigestReply> digests(std::size_t server, wire::DigestQuery query) {
+        wire::DigestReply reply;
+        if (auto done = request([&] { _client.beginDigestQuery(server, query); }, "comparing states"); !done)
+            return done.error();
+        if (auto done = call([&] { reply = _client.takeDigests(); }); !done) return done.error();
+        return reply;
+    }
+
+    std::vector<ServerProcess> _processes;  // destroyed last: they end when their session has
+    protocol::ClusterClient _client;        // on the network thread once that runs
+    net::AsioPump _pump;
+    std::thread _network;
+
+    // Shared with the network thread.
+    std::mutex _mutex;
+    std::condition_variable _changed;
+    std::optional<Error> _error;
+    bool _started = false;  // the running request
+    bool _done = false;
+    bool _leaving = false;
+    bool _left = false;
+
+    std::uint64_t _frameNumber = 0;
+    StateDigest _digest;
+    wire::BlobHashes _hashes;
+    std::vector<std::string> _names;
+    std::vector<std::string> _descriptions;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Cluster>> Cluster::connect(const ClusterOptions& options, const TypeRegistry& types,
+                                                  std::vector<TileAssignment> tiles) {
+    protocol::ClusterClientOptions client;
+    const auto token = randomToken();
+    if (!token) return token.error();
+    client.token = *token;
+    client.identity.name = clientName();
+    client.identity.build = UMBRIEL_VERSION;
+    client.identity.typeSignature = types.signature();
+    client.connectTimeout = options.connectTimeout;
+    client.frameTimeout = options.frameTimeout;
+
+    std::vector<ServerProcess> processes;
+    if (options.servers.empty()) {
+        const auto program = options.serverProgram.empty() ? programBeside() : options.serverProgram;
+        const int count = std::max(1, options.local);
+        // llvmpipe's own threads only get in each other's way when every core has a server.
+        std::vector<std::string> environment;
+        if (count >= static_cast<int>(std::thread::hardware_concurrency())) environment.push_back("LP_NUM_THREADS=0");
+        for (int i = 0; i < count; ++i) {
+            client.servers.push_back({fmt::format("local-{}", i + 1), "127.0.0.1", 0, {}});
+            std::vector<std::string> arguments = {"--name", client.servers.back().name, "--listen", "127.0.0.1:0"};
+            arguments.insert(arguments.end(), options.serverArguments.begin(), options.serverArguments.end());
+            auto process = ServerProcess::start(program, std::move(arguments), environment);
+            if (!process) return process.error();
+            processes.push_back(std::move(*process));
+        }
+        const TimePoint end = SteadyClock().now() + kEmbeddedStart;
+        for (int i = 0; i < count; ++i) {
+            const auto port = processes[static_cast<std::size_t>(i)].waitForPort(end - SteadyClock().now());
+            if (!port) return port.error();
+            client.servers[static_cast<std::size_t>(i)].port = *port;
+        }
+    } else {
+        for (const ServerAddress& server : options.servers) client.servers.push_back({server.name, server.host, server.port, {}});
+    }
+    Dealt dealt = deal(tiles, client.servers.size());
+    client.wall = dealt.wall;
+    for (std::size_t i = 0; i < client.servers.size(); ++i) client.servers[i].tiles = std::move(dealt.tiles[i]);
+    auto cluster = std::make_unique<ConnectedCluster>(std::move(client), std::move(processes), options.insecureLan);
+    if (const auto connected = cluster->connect(); !connected) return connected.error();
+    return std::unique_ptr<Cluster>(std::move(cluster));
+}
+
+}  // namespace umbriel

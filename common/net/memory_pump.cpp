@@ -1,0 +1,232 @@
+#include "common/net/memory_pump.h"
+
+#include <algorithm>
+
+#include "common/base/assert.h"
+
+namespace umbriel::net {
+
+using protocol::Action;
+using protocol::ConnectionId;
+using protocol::Endpoint;
+
+MemoryNetwork::MemoryNetwork(const Options& options) : _options(options), _random(options.seed) {}
+
+// SplitMix64 (Steele, Lea, Flood 2014).
+std::uint64_t MemoryNetwork::random(std::uint64_t below) {
+    std::uint64_t z = (_random += 0x9e3779b97f4a7c15);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
+    return (z ^ (z >> 31)) % below;
+}
+
+Duration MemoryNetwork::latency() {
+    const auto span = static_cast<std::uint64_t>((_options.maxLatency - _options.minLatency).count());
+    return _options.minLatency + Duration(static_cast<Duration::rep>(random(span + 1)));
+}
+
+void MemoryNetwork::at(TimePoint when, std::function<void()> what) { _events.emplace(Key{when, _sequence++}, std::move(what)); }
+
+void MemoryNetwork::add(Endpoint& endpoint, std::function<void()> hook) {
+    _hosts[&endpoint].hook = std::move(hook);
+    _order.push_back(&endpoint);
+    at(_now, [this, &endpoint] {
+        if (_hosts.count(&endpoint)) turn(endpoint);
+    });
+}
+
+void MemoryNetwork::listen(Endpoint& endpoint, const std::string& host, std::uint16_t port) {
+    _listeners[{host, port}] = &endpoint;
+}
+
+void MemoryNetwork::remove(Endpoint& endpoint) {
+    const auto connections = _hosts[&endpoint].connections;
+    _hosts.erase(&endpoint);
+    std::erase(_order, &endpoint);
+    std::erase_if(_listeners, [&](const auto& entry) { return entry.second == &endpoint; });
+    for (const auto& [id, pipe] : connections) {
+        const auto found = _pipes.find(pipe);
+        if (found == _pipes.end()) continue;
+        const int side = sideOf(found->second, &endpoint, id);
+        found->second.ends[side].gone = true;
+        hangUp(pipe, side);
+    }
+}
+
+void MemoryNetwork::setSilent(Endpoint& endpoint, bool silent) { _hosts[&endpoint].silent = silent; }
+
+void MemoryNetwork::poke(Endpoint& endpoint) { turn(endpoint); }
+
+int MemoryNetwork::sideOf(const Pipe& pipe, const Endpoint* endpoint, ConnectionId id) const {
+    return pipe.ends[0].endpoint == endpoint && pipe.ends[0].id == id ? 0 : 1;
+}
+
+ConnectionId MemoryNetwork::attach(Endpoint& endpoint, std::uint64_t pipe) {
+    const ConnectionId id = _nextConnection++;
+    _hosts[&endpoint].connections.emplace_back(id, pipe);
+    return id;
+}
+
+void MemoryNetwork::turn(Endpoint& endpoint) {
+    Host& host = _hosts[&endpoint];
+    if (host.hook) host.hook();
+    while (const auto action = endpoint.nextAction()) {
+        if (action->kind == Action::Kind::Close) {
+            const auto found = std::find_if(host.connections.begin(), host.connections.end(),
+                                            [&](const auto& one) { return one.first == action->connection; });
+            if (found == host.connections.end()) continue;
+            const std::uint64_t pipe = found->second;
+            const int side = sideOf(_pipes[pipe], &endpoint, action->connection);
+            if (protocol::SendQueue* queue = endpoint.output(action->connection))
+                for (const auto span : queue->gather(~std::size_t{0})) transmit(pipe, side, {span.begin(), span.end()});
+            hangUp(pipe, side);
+            endOf(pipe, side, "the connection was closed");
+            continue;
+        }
+        at(_now + latency(), [this, &endpoint, action = *action] {
+            if (!_hosts.count(&endpoint)) return;
+            const auto listener = _listeners.find({action.host, action.port});
+            if (listener == _listeners.end()) {
+                endpoint.dialFailed(action.tag, "connection refused", _now);
+            } else {
+                const std::uint64_t number = _nextPipe++;
+                Pipe& pipe = _pipes[number];
+                pipe.ends[0] = {&endpoint, attach(endpoint, number)};
+                pipe.ends[1] = {listener->second, attach(*listener->second, number)};
+                endpoint.opened(pipe.ends[0].id, action.tag, _now);
+                listener->second->opened(pipe.ends[1].id, 0, _now);
+                turn(*listener->second);
+            }
+            turn(endpoint);
+        });
+    }
+    if (host.silent) return;
+    const auto connections = host.connections;
+    for (const auto& [id, pipe] : connections) {
+        protocol::SendQueue* queue = endpoint.output(id);
+        while (queue && !queue->empty()) {
+            std::vector<std::byte> bytes;
+            for (const auto span : queue->gather(~std::size_t{0})) bytes.insert(bytes.end(), span.begin(), span.end());
+            queue->consumed(bytes.size());
+            transmit(pipe, sideOf(_pipes[pipe], &endpoint, id), std::move(bytes));
+            endpoint.written(id, _now);
+            queue = endpoint.output(id);
+        }
+    }
+}
+
+void MemoryNetwork::transmit(std::uint64_t number, int from, std::vector<std::byte> bytes) {
+    End& end = _pipes[number].ends[from];
+    std::size_t offset = 0;
+    while (offset < bytes.size()) {
+        std::size_t size = bytes.size() - offset;
+        if (_options.splitReads && random(2) == 0) size = std::min<std::size_t>(size, 1 + random(64));
+        end.busyUntil = std::max(end.busyUntil, _now + latency());
+        const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(offset);
+        at(end.busyUntil, [this, number, from, piece = std::vector<std::byte>(begin, begin + static_cast<std::ptrdiff_t>(size))] {
+            deliver(number, 1 - from, piece);
+        });
+        offset += size;
+    }
+}
+
+void MemoryNetwork::deliver(std::uint64_t number, int to, const std::vector<std::byte>& bytes) {
+    const auto found = _pipes.find(number);
+    if (found == _pipes.end() || found->second.ends[to].gone) return;
+    const End end = found->second.ends[to];
+    if (!end.endpoint) {
+        found->second.answer->insert(found->second.answer->end(), bytes.begin(), bytes.end());
+        return;
+    }
+    const auto host = _hosts.find(end.endpoint);
+    if (host == _hosts.end() || host->second.silent) return;
+    _delivered += bytes.size();
+    end.endpoint->received(end.id, bytes, _now);
+    turn(*end.endpoint);
+}
+
+// The other side sees the end after what was sent before it.
+void MemoryNetwork::hangUp(std::uint64_t number, int from) {
+    End& end = _pipes[number].ends[from];
+    end.busyUntil = std::max(end.busyUntil, _now + latency());
+    const bool silent = end.endpoint && _hosts.count(end.endpoint) && _hosts[end.endpoint].silent;
+    if (!silent) at(end.busyUntil, [this, number, from] { endOf(number, 1 - from, "the connection was closed"); });
+}
+
+void MemoryNetwork::endOf(std::uint64_t number, int side, const std::string& reason) {
+    const auto found = _pipes.find(number);
+    if (found == _pipes.end() || found->second.ends[side].gone) return;
+    found->second.ends[side].gone = true;
+    const End end = found->second.ends[side];
+    if (!end.endpoint) {
+        *found->second.closed = true;
+        return;
+    }
+    const auto host = _hosts.find(end.endpoint);
+    if (host == _hosts.end()) return;
+    std::erase_if(host->second.connections, [&](const auto& one) { return one.first == end.id; });
+    end.endpoint->closed(end.id, reason, _now);
+    turn(*end.endpoint);
+    // The far side learns of it as well when it has not ended itself.
+    if (const auto again = _pipes.find(number); again != _pipes.end() && !again->second.ends[1 - side].gone) hangUp(number, side);
+}
+
+MemoryNetwork::Stranger MemoryNetwork::dial(const std::string& host, std::uint16_t port) {
+    Stranger stranger;
+    stranger._network = this;
+    stranger._pipe = _nextPipe++;
+    stranger._answer = std::make_shared<std::vector<std::byte>>();
+    stranger._closed = std::make_shared<bool>(false);
+    const auto listener = _listeners.find({host, port});
+    UMBRIEL_ASSERT(listener != _listeners.end(), "nobody listens there");
+    Pipe& pipe = _pipes[stranger._pipe];
+    pipe.answer = stranger._answer;
+    pipe.closed = stranger._closed;
+    pipe.ends[1] = {listener->second, attach(*listener->second, stranger._pipe)};
+    listener->second->opened(pipe.ends[1].id, 0, _now);
+    turn(*listener->second);
+    return stranger;
+}
+
+void MemoryNetwork::Stranger::send(std::span<const std::byte> bytes) {
+    _network->transmit(_pipe, 0, {bytes.begin(), bytes.end()});
+}
+
+void MemoryNetwork::Stranger::close() { _network->hangUp(_pipe, 0); }
+
+bool MemoryNetwork::step(TimePoint limit) {
+    TimePoint next = _events.empty() ? TimePoint::max() : _events.begin()->first.first;
+    Endpoint* due = nullptr;
+    for (Endpoint* endpoint : _order)
+        if (const TimePoint deadline = std::max(endpoint->deadline(), _now); deadline < next) {
+            next = deadline;
+            due = endpoint;
+        }
+    if (next > limit) {
+        _now = limit;
+        return false;
+    }
+    _now = next;
+    if (due) {
+        due->advance(_now);
+        turn(*due);
+        return true;
+    }
+    const auto what = std::move(_events.begin()->second);
+    _events.erase(_events.begin());
+    what();
+    return true;
+}
+
+bool MemoryNetwork::runUntil(const std::function<bool()>& condition, Duration limit) {
+    const TimePoint end = _now + limit;
+    while (!condition())
+        if (!step(end)) return condition();
+    return true;
+}
+
+void MemoryNetwork::run(Duration time) {
+    runUntil([] { return false; }, time);
+}
+
+}  // namespace umbriel::net

@@ -1,0 +1,110 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/protocol/endpoint.h"
+
+namespace umbriel::net {
+
+// The asio pump's twin for tests: endpoints in one thread on a virtual clock, over connections in memory with latency,
+// split reads, silence and resets. The same seed gives the same run.
+class MemoryNetwork {
+ public:
+    struct Options {
+        std::uint64_t seed = 1;
+        Duration minLatency = std::chrono::microseconds(50);
+        Duration maxLatency = std::chrono::microseconds(50);
+        bool splitReads = false;  // deliver in pieces of 1 to 64 bytes now and then
+    };
+
+    explicit MemoryNetwork(const Options& options);
+
+    TimePoint now() const { return _now; }
+    // The endpoint is on the network until remove(). hook: what its program does after every call.
+    void add(protocol::Endpoint& endpoint, std::function<void()> hook = {});
+    void listen(protocol::Endpoint& endpoint, const std::string& host, std::uint16_t port);
+    // The program was killed: its connections are reset.
+    void remove(protocol::Endpoint& endpoint);
+    // While silent nothing reaches it and nothing leaves it; its connections stay (a pulled cable).
+    void setSilent(protocol::Endpoint& endpoint, bool silent);
+    // After its program changed the endpoint outside a hook.
+    void poke(protocol::Endpoint& endpoint);
+
+    // Runs until the condition holds (true) or that much time has passed (false).
+    bool runUntil(const std::function<bool()>& condition, Duration limit);
+    void run(Duration time);
+
+    // A connection by hand, as a stranger has it: bytes to an endpoint, and what it answers.
+    class Stranger {
+     public:
+        void send(std::span<const std::byte> bytes);
+        void close();
+        const std::vector<std::byte>& answer() const { return *_answer; }
+        bool isClosed() const { return *_closed; }
+
+     private:
+        friend class MemoryNetwork;
+        MemoryNetwork* _network = nullptr;
+        std::uint64_t _pipe = 0;
+        std::shared_ptr<std::vector<std::byte>> _answer;
+        std::shared_ptr<bool> _closed;
+    };
+    Stranger dial(const std::string& host, std::uint16_t port);
+
+    // Bytes that were delivered, all connections together.
+    std::uint64_t delivered() const { return _delivered; }
+
+ private:
+    struct Host {
+        std::function<void()> hook;
+        bool silent = false;
+        std::vector<std::pair<protocol::ConnectionId, std::uint64_t>> connections;  // and their pipes
+    };
+    struct End {
+        protocol::Endpoint* endpoint = nullptr;  // null: a stranger's
+        protocol::ConnectionId id = 0;
+        TimePoint busyUntil{};  // deliveries keep their order
+        bool gone = false;
+    };
+    struct Pipe {
+        End ends[2];
+        std::shared_ptr<std::vector<std::byte>> answer;
+        std::shared_ptr<bool> closed;
+    };
+    using Key = std::pair<TimePoint, std::uint64_t>;
+
+    std::uint64_t random(std::uint64_t below);
+    Duration latency();
+    void at(TimePoint when, std::function<void()> what);
+    void turn(protocol::Endpoint& endpoint);
+    void transmit(std::uint64_t pipe, int from, std::vector<std::byte> bytes);
+    void deliver(std::uint64_t pipe, int to, const std::vector<std::byte>& bytes);
+    void hangUp(std::uint64_t pipe, int from);
+    void endOf(std::uint64_t pipe, int side, const std::string& reason);
+    protocol::ConnectionId attach(protocol::Endpoint& endpoint, std::uint64_t pipe);
+    int sideOf(const Pipe& pipe, const protocol::Endpoint* endpoint, protocol::ConnectionId id) const;
+    bool step(TimePoint limit);
+
+    Options _options;
+    std::uint64_t _random;
+    TimePoint _now{};
+    std::uint64_t _sequence = 0;
+    std::map<Key, std::function<void()>> _events;
+    std::map<protocol::Endpoint*, Host> _hosts;
+    std::vector<protocol::Endpoint*> _order;  // hosts in order of arrival: pointers have no order worth following
+    std::map<std::pair<std::string, std::uint16_t>, protocol::Endpoint*> _listeners;
+    std::map<std::uint64_t, Pipe> _pipes;
+    std::uint64_t _nextPipe = 1;
+    protocol::ConnectionId _nextConnection = 1;
+    std::uint64_t _delivered = 0;
+};
+
+}  // namespace umbriel::net

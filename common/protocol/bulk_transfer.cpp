@@ -1,0 +1,132 @@
+#include "common/protocol/bulk_transfer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace umbriel::protocol {
+namespace {
+
+constexpr std::size_t kQueueTarget = std::size_t{1} << 20;
+
+}  // namespace
+
+void BulkSender::addBlob(const Hash128& hash, MultiStorage content) {
+    _items.push_back({Blob{hash, std::move(content)}});
+}
+
+void BulkSender::addTile(std::uint64_t frame, TilePixels tile) {
+    if (!tile.layers.empty()) _items.push_back({Tile{frame, std::move(tile), 0}});
+}
+
+void BulkSender::fill(Link& link) {
+    while (!_items.empty() && link.isOpen() && link.output().size() < kQueueTarget) {
+        Item& item = _items.front();
+        const bool more = std::visit([&](auto& what) { return sendPart(link, what, item.offset); }, item.what);
+        if (!more) _items.pop_front();
+    }
+}
+
+bool BulkSender::sendPart(Link& link, Blob& blob, std::uint64_t& offset) {
+    const std::uint32_t elementSize = blob.content.elementSize();
+    const std::uint64_t total = blob.content.byteSize();
+    const std::size_t most = wire::kChunkBytes / elementSize * elementSize;
+    wire::Bytes part(static_cast<std::size_t>(std::min<std::uint64_t>(most, total - offset)));
+    if (!part.empty()) blob.content.read(static_cast<std::size_t>(offset / elementSize), part);
+    link.send(wire::BlobData{blob.hash, total, offset, part});
+    offset += part.size();
+    return offset < total;
+}
+
+bool BulkSender::sendPart(Link& link, Tile& tile, std::uint64_t& offset) {
+    const TileLayer& layer = tile.pixels.layers[tile.layer];
+    const std::uint64_t total = layer.pixels.size();
+    wire::TileData data;
+    data.frame = tile.frame;
+    data.tile = tile.pixels.tile.tile;
+    data.layerIndex = static_cast<std::uint32_t>(tile.layer);
+    data.layerCount = static_cast<std::uint32_t>(tile.pixels.layers.size());
+    data.layer = layer.layer;
+    data.name = layer.name;
+    data.channels = layer.channels;
+    data.isInteger = layer.isInteger;
+    data.total = total;
+    data.offset = offset;
+    data.bytes = std::span(layer.pixels)
+                     .subspan(static_cast<std::size_t>(offset),
+                              static_cast<std::size_t>(std::min<std::uint64_t>(wire::kChunkBytes, total - offset)));
+    link.send(data);
+    offset += data.bytes.size();
+    if (offset < total) return true;
+    offset = 0;
+    return ++tile.layer < tile.pixels.layers.size();
+}
+
+bool BlobReceiver::expect(const wire::BlobRef& wanted) {
+    return _partial.emplace(wanted.hash, Partial{wire::BlobAssembler(wanted, wire::kMaxBlobBytes), wanted.bytes}).second;
+}
+
+Result<std::optional<wire::Blob>> BlobReceiver::part(const wire::BlobData& data) {
+    const auto found = _partial.find(data.hash);
+    if (found == _partial.end()) return failure(fmt::format("blob {} was not asked for", toHex(data.hash)));
+    Partial& partial = found->second;
+    if (data.total != partial.bytes)
+        return failure(fmt::format("blob {} has {} bytes, {} were expected", toHex(data.hash), data.total, partial.bytes));
+    if (data.offset != partial.received)
+        return failure(fmt::format("blob {} continues at byte {}, not at {}", toHex(data.hash), data.offset, partial.received));
+    if (const auto added = partial.assembler.add(data.bytes); !added) return added.error();
+    partial.received += data.bytes.size();
+    if (!partial.assembler.complete()) return std::optional<wire::Blob>();
+    auto blob = partial.assembler.finish();
+    _partial.erase(found);
+    if (!blob) return blob.error();
+    return std::optional<wire::Blob>(std::move(*blob));
+}
+
+void TileReceiver::expect(std::uint64_t frame, const std::vector<TileAssignment>& tiles) {
+    _frame = frame;
+    _tiles.clear();
+    for (const TileAssignment& tile : tiles) {
+        _tiles.emplace_back();
+        _tiles.back().pixels.tile = tile;
+    }
+}
+
+Result<bool> TileReceiver::part(const wire::TileData& data) {
+    const auto found = std::find_if(_tiles.begin(), _tiles.end(), [&](const Partial& partial) {
+        return partial.pixels.tile.tile == data.tile && !partial.complete;
+    });
+    if (data.frame != _frame || found == _tiles.end())
+        return failure(fmt::format("tile {} of frame {} was not asked for", data.tile, data.frame));
+    const PixelRect rect = found->pixels.tile.pixels;
+    auto& layers = found->pixels.layers;
+    if (data.offset == 0) {
+        const bool inOrder = data.layerIndex == layers.size() && (layers.empty() || data.layerCount == found->layerCount) &&
+                             (layers.empty() || layers.back().pixels.size() == found->total);
+        if (!inOrder) return failure(fmt::format("tile {}: layer {} is out of order", data.tile, data.layerIndex));
+        if (data.total != static_cast<std::uint64_t>(rect.area()) * data.channels * 4)
+            return failure(fmt::format("tile {}: layer '{}' has {} bytes, not {}x{} pixels of {} channels", data.tile,
+                                       data.name, data.total, rect.width, rect.height, data.channels));
+        layers.push_back({data.layer, data.name, data.channels, data.isInteger, {}});
+        found->layerCount = data.layerCount;
+        found->total = data.total;
+        layers.back().pixels.reserve(static_cast<std::size_t>(data.total));  // a tile that we assigned
+    } else if (layers.empty() || data.layerIndex + 1 != layers.size() || data.offset != layers.back().pixels.size() ||
+               data.total != found->total) {
+        return failure(fmt::format("tile {}: a part of layer {} is out of order", data.tile, data.layerIndex));
+    }
+    auto& pixels = layers.back().pixels;
+    pixels.insert(pixels.end(), data.bytes.begin(), data.bytes.end());
+    found->complete = layers.size() == found->layerCount && pixels.size() == found->total;
+    return std::all_of(_tiles.begin(), _tiles.end(), [](const Partial& partial) { return partial.complete; });
+}
+
+std::vector<TilePixels> TileReceiver::take() {
+    std::vector<TilePixels> tiles;
+    for (Partial& partial : _tiles) tiles.push_back(std::move(partial.pixels));
+    _tiles.clear();
+    return tiles;
+}
+
+}  // namespace umbriel::protocol

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "common/base/hash.h"
+#include "common/base/result.h"
+#include "common/protocol/link.h"
+#include "common/scene/multi_field.h"
+#include "common/wall/tile_pixels.h"
+#include "common/wire/blob.h"
+#include "common/wire/messages.h"
+
+namespace umbriel::protocol {
+
+// Sends blobs and tiles over a bulk link in chunks, producing the next ones only when the last were written: however much
+// waits here, the link's queue holds little.
+class BulkSender {
+ public:
+    // The content shares its chunks with whoever gave it.
+    void addBlob(const Hash128& hash, MultiStorage content);
+    void addTile(std::uint64_t frame, TilePixels tile);
+
+    // Fills the link's queue up to about a megabyte.
+    void fill(Link& link);
+    bool empty() const { return _items.empty(); }
+
+ private:
+    struct Blob {
+        Hash128 hash;
+        MultiStorage content;
+    };
+    struct Tile {
+        std::uint64_t frame;
+        TilePixels pixels;
+        std::size_t layer;
+    };
+    struct Item {
+        std::variant<Blob, Tile> what;
+        std::uint64_t offset = 0;
+    };
+    // False when the item is finished.
+    bool sendPart(Link& link, Blob& blob, std::uint64_t& offset);
+    bool sendPart(Link& link, Tile& tile, std::uint64_t& offset);
+
+    std::deque<Item> _items;
+};
+
+// Puts blobs together that were asked for. Memory grows with what has arrived, never with what a peer announces; the
+// content is checked against its hash.
+class BlobReceiver {
+ public:
+    // False when it is expected already.
+    bool expect(const wire::BlobRef& wanted);
+    // A blob when this part completes it. An error when it was not asked for, is out of order, or is not what its hash
+    // says.
+    Result<std::optional<wire::Blob>> part(const wire::BlobData& data);
+
+ private:
+    struct Partial {
+        wire::BlobAssembler assembler;
+        std::uint64_t bytes;
+        std::uint64_t received = 0;
+    };
+    std::map<Hash128, Partial> _partial;
+};
+
+// Puts the tiles of one frame together.
+class TileReceiver {
+ public:
+    // Whose layers will come. Anything else is refused.
+    void expect(std::uint64_t frame, const std::vector<TileAssignment>& tiles);
+    // True when the frame's last tile is complete.
+    Result<bool> part(const wire::TileData& data);
+    std::vector<TilePixels> take();
+
+ private:
+    struct Partial {
+        TilePixels pixels;
+        std::uint32_t layerCount = 0;
+        std::uint64_t total = 0;  // of the layer being received
+        bool complete = false;
+    };
+    std::uint64_t _frame = 0;
+    std::vector<Partial> _tiles;
+};
+
+}  // namespace umbriel::protocol

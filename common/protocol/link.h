@@ -1,0 +1,107 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "common/base/clock.h"
+#include "common/protocol/send_queue.h"
+#include "common/wire/messages.h"
+
+namespace umbriel::protocol {
+
+struct LinkOptions {
+    Duration handshakeTimeout = std::chrono::seconds(5);
+    Duration heartbeatInterval = std::chrono::seconds(1);
+    Duration heartbeatLoss = std::chrono::seconds(2);  // this long without a byte: the peer is lost
+    std::size_t queueLimit = std::size_t{64} << 20;
+};
+
+struct LinkEvent {
+    enum class Kind {
+        None,     // nothing more for now
+        Hello,    // peerHello() is there: accept() or refuse() before asking for the next event
+        Open,     // both sides have accepted
+        Message,  // type and payload; the payload is valid until the next call
+        Closed    // reason() says why; reported once
+    };
+    Kind kind = Kind::None;
+    wire::MessageType type = wire::MessageType::Hello;
+    std::span<const std::byte> payload;
+};
+
+// One connection to a peer: framing, handshake, heartbeat, epochs and sequences, a bounded queue. Whatever the peer does
+// wrong closes it with a reason. Before the peer was accepted it costs one hello's bytes and the handshake's time.
+class Link {
+ public:
+    // Says hello. now: when the connection came to be.
+    Link(const LinkOptions& options, wire::Hello mine, TimePoint now);
+
+    void received(std::span<const std::byte> bytes, TimePoint now);
+    // Bytes are decoded as events are asked for.
+    LinkEvent next();
+    // Sends heartbeats, closes a link that is silent for too long.
+    void advance(TimePoint now);
+    TimePoint deadline() const;
+
+    // Answers to the Hello event. epoch: of the session, that both sides' messages carry from now on.
+    void accept(std::uint32_t epoch);
+    void refuse(std::string_view reason);
+
+    // False when the queue is full: the peer then misses a message and can only be closed.
+    template <class Message>
+    bool send(const Message& message) {
+        return sendShared(Message::kType, std::make_shared<const wire::Bytes>(wire::encode(message)));
+    }
+    // payload: encoded by wire::encode, possibly shared with other links.
+    bool sendShared(wire::MessageType type, std::shared_ptr<const wire::Bytes> payload);
+
+    // Says goodbye; the owner lets the queue drain and closes the connection.
+    void close(std::string_view reason);
+    // The connection is gone.
+    void lost(std::string_view reason);
+
+    bool isOpen() const { return _accepted && _welcomed && !_closed; }
+    bool isClosed() const { return _closed; }
+    // Why it was closed, for people; names the peer when it is known.
+    const std::string& reason() const { return _reason; }
+    const std::optional<wire::Hello>& peerHello() const { return _peerHello; }
+    // "server 'left'" or "an unknown peer".
+    std::string peerText() const;
+    SendQueue& output() { return _output; }
+    const SendQueue& output() const { return _output; }
+    // Everything queued so far, headers included, heartbeats apart.
+    std::uint64_t bytesSent() const { return _bytesSent; }
+
+ private:
+    // Whoever dialled knows what the connection is for; the other side's hello says control.
+    bool isBulk() const;
+    void finish(std::string reason);
+    LinkEvent violation(std::string_view what);
+    LinkEvent handle(wire::MessageType type, std::span<const std::byte> payload);
+
+    LinkOptions _options;
+    wire::Hello _mine;
+    std::optional<wire::Hello> _peerHello;
+    SendQueue _output;
+    wire::Bytes _input;
+    std::size_t _inputUsed = 0;
+    std::uint32_t _epoch = 0;
+    std::uint32_t _sendSequence = 0;
+    std::uint32_t _receiveSequence = 0;
+    std::uint64_t _bytesSent = 0;
+    bool _accepted = false;
+    bool _welcomed = false;
+    bool _closed = false;
+    bool _closedReported = false;
+    std::string _reason;
+    TimePoint _openedAt;
+    TimePoint _lastReceived;
+    TimePoint _lastHeartbeat;
+};
+
+}  // namespace umbriel::protocol

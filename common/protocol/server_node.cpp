@@ -1,0 +1,403 @@
+#include "common/protocol/server_node.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "common/protocol/handshake.h"
+#include "common/wire/view_codec.h"
+
+namespace umbriel::protocol {
+
+using wire::MessageType;
+using namespace server_event;
+
+namespace {
+
+enum DialTag : std::uint64_t { kDialControl = 1, kDialBulk = 2 };
+
+}  // namespace
+
+ServerNode::ServerNode(ServerNodeOptions options, TimePoint now)
+    : _options(std::move(options)), _redialAt(_options.dialHost.empty() ? TimePoint::max() : now) {
+    _options.identity.role = wire::Role::Server;
+    _options.identity.channel = wire::Channel::Control;
+}
+
+void ServerNode::opened(ConnectionId connection, std::uint64_t dialTag, TimePoint now) {
+    if (dialTag == kDialControl) {
+        _dialling = false;
+        _dialledControl = connection;
+    }
+    if (_leaving || _peers.size() >= _options.maxConnections) {
+        _actions.push_back({Action::Kind::Close, connection, 0, {}, 0});
+        return;
+    }
+    wire::Hello hello = _options.identity;
+    if (dialTag == kDialBulk) {
+        if (!_session) {
+            _actions.push_back({Action::Kind::Close, connection, 0, {}, 0});
+            return;
+        }
+        hello.channel = wire::Channel::Bulk;
+        hello.token = _session->token;
+        hello.epoch = _session->epoch;
+    }
+    Peer& peer = _peers[connection];
+    peer.link = std::make_unique<Link>(_options.link, std::move(hello), now);
+    peer.dialled = dialTag != 0;
+}
+
+void ServerNode::dialFailed(std::uint64_t dialTag, const std::string& reason, TimePoint now) {
+    if (dialTag == kDialBulk) return endSession(fmt::format("the bulk connection cannot be opened: {}", reason));
+    _dialling = false;
+    _redialAt = now + _options.redialAfter;
+}
+
+void ServerNode::received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) {
+    const auto found = _peers.find(connection);
+    if (found == _peers.end() || found->second.closing) return;
+    found->second.link->received(bytes, now);
+    drain(connection, now);
+}
+
+void ServerNode::written(ConnectionId connection, TimePoint) {
+    if (_session && _session->bulk == connection) fillBulk();
+}
+
+void ServerNode::closed(ConnectionId connection, const std::string& reason, TimePoint now) {
+    const auto found = _peers.find(connection);
+    if (found == _peers.end()) return;
+    found->second.link->lost(reason);
+    drain(connection, now);
+    _peers.erase(connection);
+}
+
+void ServerNode::advance(TimePoint now) {
+    std::vector<ConnectionId> ids;
+    for (auto& [id, peer] : _peers) {
+        peer.link->advance(now);
+        ids.push_back(id);
+    }
+    for (const ConnectionId id : ids) drain(id, now);
+    if (!_dialling && now >= _redialAt) {
+        _dialling = true;
+        _redialAt = TimePoint::max();
+        _actions.push_back({Action::Kind::Dial, 0, kDialControl, _options.dialHost, _options.dialPort});
+    }
+}
+
+TimePoint ServerNode::deadline() const {
+    TimePoint earliest = _redialAt;
+    for (const auto& [id, peer] : _peers) earliest = std::min(earliest, peer.link->deadline());
+    return earliest;
+}
+
+std::optional<Action> ServerNode::nextAction() {
+    if (_actions.empty()) return std::nullopt;
+    Action action = std::move(_actions.front());
+    _actions.pop_front();
+    return action;
+}
+
+SendQueue* ServerNode::output(ConnectionId connection) {
+    const auto found = _peers.find(connection);
+    return found == _peers.end() ? nullptr : &found->second.link->output();
+}
+
+std::optional<ServerEvent> ServerNode::nextEvent() {
+    if (_events.empty()) return std::nullopt;
+    ServerEvent event = std::move(_events.front());
+    _events.pop_front();
+    return event;
+}
+
+void ServerNode::drain(ConnectionId connection, TimePoint now) {
+    for (auto found = _peers.find(connection); found != _peers.end(); found = _peers.find(connection)) {
+        Peer& peer = found->second;
+        const LinkEvent event = peer.link->next();
+        switch (event.kind) {
+            case LinkEvent::Kind::None:
+                return;
+            case LinkEvent::Kind::Hello:
+                greeted(connection, peer, now);
+                break;
+            case LinkEvent::Kind::Open:
+                if (!_session || (_session->control != connection && _session->bulk != connection)) {
+                    peer.link->close("there is no such session any more");
+                } else if (_session->control == connection) {
+                    _session->started = true;
+                    _events.push_back(SessionStarted{_session->client});
+                    if (peer.dialled)
+                        _actions.push_back({Action::Kind::Dial, 0, kDialBulk, _options.dialHost, _options.dialPort});
+                } else {
+                    fillBulk();
+                }
+                break;
+            case LinkEvent::Kind::Message: {
+                const auto done = message(event.type, event.payload);
+                if (!done) peer.link->close(done.error().message);
+                break;
+            }
+            case LinkEvent::Kind::Closed: {
+                const std::string reason = peer.link->reason();
+                const bool ours = _session && (_session->control == connection || _session->bulk == connection);
+                if (connection == _dialledControl && !_leaving) _redialAt = now + _options.redialAfter;
+                drop(connection);
+                if (ours) ended(reason);
+                break;
+            }
+        }
+    }
+}
+
+std::string ServerNode::objection(const wire::Hello& hello) const {
+    if (const std::string reason = handshakeObjection(_options.identity, hello); !reason.empty()) return reason;
+    if (hello.role != wire::Role::Client) return "a render server serves clients, not other servers";
+    if (hello.epoch == 0) return "a session epoch is at least 1";
+    if (hello.channel == wire::Channel::Bulk) {
+        if (!_session || !(_session->token == hello.token) || _session->epoch != hello.epoch)
+            return "there is no session that this bulk connection belongs to";
+        if (_session->bulk != 0) return "this session has a bulk connection already";
+        return {};
+    }
+    if (!_session) return {};
+    if (!(_session->token == hello.token))
+        return fmt::format("server '{}' is busy with client '{}'", _options.identity.name, _session->client);
+    if (hello.epoch <= _session->epoch)
+        return fmt::format("session epoch {} is not newer than {}", hello.epoch, _session->epoch);
+    return {};
+}
+
+void ServerNode::greeted(ConnectionId connection, Peer& peer, TimePoint) {
+    const wire::Hello& hello = *peer.link->peerHello();
+    if (const std::string reason = objection(hello); !reason.empty()) return peer.link->refuse(reason);
+    if (hello.channel == wire::Channel::Bulk) {
+        _session->bulk = connection;
+        return peer.link->accept(hello.epoch);
+    }
+    if (_session) endSession("a newer session of the same client took over");
+    _session.emplace();
+    _session->token = hello.token;
+    _session->epoch = hello.epoch;
+    _session->client = hello.name;
+    _session->control = connection;
+    peer.link->accept(hello.epoch);
+}
+
+Result<void> ServerNode::message(MessageType type, std::span<const std::byte> payload) {
+    if (!_session) return failure("the session has ended");
+    switch (type) {
+        case MessageType::Assign: {
+            auto assign = wire::decode<wire::Assign>(payload);
+            if (!assign) return assign.error();
+            _session->assigned = true;
+            _events.push_back(Assigned{assign->wall, std::move(assign->tiles)});
+            return {};
+        }
+        case MessageType::Changes:
+            return addChanges(payload);
+        case MessageType::Frame:
+            return frame(payload);
+        case MessageType::Swap: {
+            const auto swap = wire::decode<wire::Swap>(payload);
+            if (!swap) return swap.error();
+            if (_session->shown.empty() || _session->shown.front() != swap->frame)
+                return failure(fmt::format("a swap of frame {}, which is not ready", swap->frame));
+            _session->shown.pop_front();
+            _events.push_back(SwapRequested{swap->frame});
+            return {};
+        }
+        case MessageType::BlobWanted: {
+            const auto wanted = wire::decode<wire::BlobWanted>(payload);
+            if (!wanted) return wanted.error();
+            for (const Hash128& hash : wanted->hashes) {
+                const auto found = _session->results.find(hash);
+                if (found == _session->results.end())
+                    return failure(fmt::format("blob {} is no result of this session", toHex(hash)));
+                _session->sender.addBlob(hash, std::move(found->second));
+                _session->results.erase(found);
+            }
+            fillBulk();
+            return {};
+        }
+        case MessageType::BlobData: {
+            const auto data = wire::decode<wire::BlobData>(payload);
+            if (!data) return data.error();
+            auto blob = _session->receiver.part(*data);
+            if (!blob) return blob.error();
+            if (*blob) _events.push_back(BlobArrived{std::move(**blob)});
+            return {};
+        }
+        case MessageType::DigestQuery: {
+            const auto query = wire::decode<wire::DigestQuery>(payload);
+            if (!query) return query.error();
+            _events.push_back(DigestAsked{*query});
+            return {};
+        }
+        case MessageType::Explain: {
+            const auto explain = wire::decode<wire::Explain>(payload);
+            if (!explain) return explain.error();
+            _events.push_back(ExplainAsked{});
+            return {};
+        }
+        case MessageType::JobOffer: {
+            auto offer = wire::decode<wire::JobOffer>(payload);
+            if (!offer) return offer.error();
+            _events.push_back(JobOffered{offer->job, offer->attempt, std::chrono::milliseconds(offer->leaseMilliseconds),
+                                         offer->kind, wire::Bytes(offer->payload.begin(), offer->payload.end())});
+            return {};
+        }
+        case MessageType::JobCancel: {
+            const auto cancel = wire::decode<wire::JobCancel>(payload);
+            if (!cancel) return cancel.error();
+            _events.push_back(JobCancelled{cancel->job, cancel->attempt});
+            return {};
+        }
+        default:
+            return failure(fmt::format("a {} message is not for a server", wire::ruleOf(type).name));
+    }
+}
+
+Result<void> ServerNode::frame(std::span<const std::byte> payload) {
+    const auto frame = wire::decode<wire::Frame>(payload);
+    if (!frame) return frame.error();
+    if (!_session->assigned) return failure("a frame before tiles were assigned");
+    if (frame->number <= _session->lastFrame)
+        return failure(fmt::format("frame {} after frame {}", frame->number, _session->lastFrame));
+    if (_session->drawing.size() + _session->shown.size() >= kMaxFramesUnderWay)
+        return failure("more frames than this server takes at once");
+    FrameRequested request;
+    if (!frame->views.empty()) {
+        auto views = wire::decodeViews(frame->views);
+        if (!views) return views.error();
+        request.views = std::move(*views);
+        _session->hasViews = true;
+    }
+    if (frame->time) _session->time = frame->time;
+    if (!_session->hasViews || !_session->time) return failure("a session's first frame needs views and a time");
+    if (!frame->changes.empty())
+        if (const auto added = addChanges(frame->changes); !added) return added.error();
+    request.number = frame->number;
+    request.wantPixels = frame->wantPixels;
+    request.fromNothing = frame->fromNothing;
+    request.time = *_session->time;
+    request.changes = std::exchange(_session->changes, {});
+    _session->changeBytes = 0;
+    _session->lastFrame = frame->number;
+    _session->drawing.push_back(frame->number);
+    _events.push_back(std::move(request));
+    return {};
+}
+
+Result<void> ServerNode::addChanges(std::span<const std::byte> part) {
+    // An empty part costs memory, too.
+    _session->changeBytes += part.size() + sizeof(wire::Bytes);
+    if (_session->changeBytes > wire::kMaxChangeBytes) return failure("a change list is too long");
+    _session->changes.emplace_back(part.begin(), part.end());
+    return {};
+}
+
+Link* ServerNode::control() {
+    if (!_session || !_session->started) return nullptr;
+    const auto found = _peers.find(_session->control);
+    return found == _peers.end() ? nullptr : found->second.link.get();
+}
+
+template <class Message>
+void ServerNode::send(const Message& message) {
+    Link* link = control();
+    if (link && link->isOpen() && !link->send(message)) overflow();
+}
+
+void ServerNode::overflow() { endSession("the client reads too slowly"); }
+
+void ServerNode::sendReady(std::uint64_t frame, wire::Ready ready) {
+    if (!_session || _session->drawing.empty() || _session->drawing.front() != frame) return;  // of a session gone by
+    _session->drawing.pop_front();
+    _session->shown.push_back(frame);
+    ready.frame = static_cast<std::uint16_t>(frame);
+    send(ready);
+}
+
+void ServerNode::sendFailed(std::uint64_t frame, const std::string& text) { send(wire::Failed{frame, text}); }
+
+void ServerNode::wantBlobs(const std::vector<wire::BlobRef>& blobs) {
+    if (!_session) return;
+    wire::BlobWanted wanted;
+    for (const wire::BlobRef& blob : blobs) {
+        if (_session->receiver.expect(blob)) wanted.hashes.push_back(blob.hash);
+        if (wanted.hashes.size() == wire::BlobWanted::kMaxHashes) {
+            send(wanted);
+            wanted.hashes.clear();
+        }
+    }
+    if (!wanted.hashes.empty()) send(wanted);
+}
+
+void ServerNode::sendTiles(std::uint64_t frame, std::vector<TilePixels> tiles) {
+    if (!_session) return;
+    for (TilePixels& tile : tiles) _session->sender.addTile(frame, std::move(tile));
+    fillBulk();
+}
+
+void ServerNode::sendDigests(const wire::DigestReply& reply) { send(reply); }
+
+void ServerNode::sendExplanation(const std::string& text) { send(wire::ExplainReply{text}); }
+
+void ServerNode::sendJobLease(const wire::JobLease& lease) { send(lease); }
+
+void ServerNode::sendJobDone(wire::JobDone done, wire::Bytes result) {
+    if (!_session) return;
+    done.resultBytes = result.size();
+    if (!result.empty()) {
+        MultiStorage content(1);
+        content.resize(result.size());
+        content.write(0, result);
+        done.result = wire::hashOfBlob(content);
+        _session->results.insert_or_assign(done.result, std::move(content));
+    }
+    send(done);
+}
+
+void ServerNode::fillBulk() {
+    if (!_session || _session->bulk == 0) return;
+    const auto found = _peers.find(_session->bulk);
+    if (found != _peers.end()) _session->sender.fill(*found->second.link);
+}
+
+void ServerNode::endSession(const std::string& reason) { ended(reason); }
+
+void ServerNode::leave(const std::string& reason) {
+    endSession(reason);
+    _leaving = true;
+    _redialAt = TimePoint::max();
+    for (auto& [id, peer] : _peers) {
+        peer.link->close(reason);
+        drop(id);
+    }
+}
+
+// Forgets the session and closes what is left of it.
+void ServerNode::ended(const std::string& reason) {
+    if (!_session) return;
+    const Session session = std::move(*_session);
+    _session.reset();
+    if (session.started) _events.push_back(SessionEnded{reason});
+    for (const ConnectionId id : {session.control, session.bulk}) {
+        const auto found = _peers.find(id);
+        if (found == _peers.end() || found->second.link->isClosed()) continue;
+        found->second.link->close(reason);
+        drop(id);
+    }
+}
+
+void ServerNode::drop(ConnectionId connection) {
+    const auto found = _peers.find(connection);
+    if (found == _peers.end() || found->second.closing) return;
+    found->second.closing = true;
+    _actions.push_back({Action::Kind::Close, connection, 0, {}, 0});
+}
+
+}  // namespace umbriel::protocol

@@ -1,0 +1,170 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/protocol/bulk_transfer.h"
+#include "common/protocol/endpoint.h"
+#include "common/protocol/link.h"
+#include "common/wire/blob.h"
+#include "common/wire/messages.h"
+
+namespace umbriel::protocol {
+
+// What a render server's program is told.
+namespace server_event {
+struct SessionStarted {
+    std::string client;
+};
+struct SessionEnded {
+    std::string reason;
+};
+struct Assigned {
+    PixelSize wall;
+    std::vector<TileAssignment> tiles;
+};
+// Draw, after applying the parts of a change list (change_codec.h), which nobody has looked at yet.
+struct FrameRequested {
+    std::uint64_t number = 0;
+    bool wantPixels = false;
+    bool fromNothing = false;
+    double time = 0.0;
+    std::optional<WallViews> views;  // when they changed
+    std::vector<wire::Bytes> changes;
+};
+struct SwapRequested {
+    std::uint64_t frame = 0;
+};
+struct BlobArrived {
+    wire::Blob blob;
+};
+struct DigestAsked {
+    wire::DigestQuery query;
+};
+struct ExplainAsked {};
+struct JobOffered {
+    std::uint64_t job = 0;
+    std::uint32_t attempt = 0;
+    Duration lease{};
+    std::string kind;
+    wire::Bytes payload;
+};
+struct JobCancelled {
+    std::uint64_t job = 0;
+    std::uint32_t attempt = 0;
+};
+}  // namespace server_event
+
+using ServerEvent =
+    std::variant<server_event::SessionStarted, server_event::SessionEnded, server_event::Assigned,
+                 server_event::FrameRequested, server_event::SwapRequested, server_event::BlobArrived,
+                 server_event::DigestAsked, server_event::ExplainAsked, server_event::JobOffered, server_event::JobCancelled>;
+
+struct ServerNodeOptions {
+    wire::Hello identity;        // name, build, type signature, GL and CPU; role and channel are set here
+    LinkOptions link;
+    std::string dialHost;        // not empty: reach the client there instead of waiting for it
+    std::uint16_t dialPort = 0;
+    Duration redialAfter = std::chrono::milliseconds(500);
+    std::size_t maxConnections = 64;  // strangers included; more are closed at once
+};
+
+// A render server's side of the protocol: accepts one client at a time and turns its messages into events. The same
+// client with a higher epoch fences its old session; another one is refused by name while the first is alive.
+class ServerNode final : public Endpoint {
+ public:
+    // The client may have this many frames under way before it has seen the first one ready.
+    static constexpr std::size_t kMaxFramesUnderWay = 2;
+
+    ServerNode(ServerNodeOptions options, TimePoint now);
+
+    void opened(ConnectionId connection, std::uint64_t dialTag, TimePoint now) override;
+    void dialFailed(std::uint64_t dialTag, const std::string& reason, TimePoint now) override;
+    void received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) override;
+    void written(ConnectionId connection, TimePoint now) override;
+    void closed(ConnectionId connection, const std::string& reason, TimePoint now) override;
+    void advance(TimePoint now) override;
+    TimePoint deadline() const override;
+    std::optional<Action> nextAction() override;
+    SendQueue* output(ConnectionId connection) override;
+
+    std::optional<ServerEvent> nextEvent();
+    bool hasSession() const { return _session.has_value(); }
+
+    // Answers; without a session they do nothing. frame is the number that was requested.
+    void sendReady(std::uint64_t frame, wire::Ready ready);
+    void sendFailed(std::uint64_t frame, const std::string& text);
+    // Blobs arrive as events. What is on its way already is not asked for again.
+    void wantBlobs(const std::vector<wire::BlobRef>& blobs);
+    void sendTiles(std::uint64_t frame, std::vector<TilePixels> tiles);
+    void sendDigests(const wire::DigestReply& reply);
+    void sendExplanation(const std::string& text);
+    void sendJobLease(const wire::JobLease& lease);
+    // The result waits here until the client fetches it or the session ends.
+    void sendJobDone(wire::JobDone done, wire::Bytes result);
+
+    // The program's own end of the session: what the client sent cannot be used, or the program is leaving.
+    void endSession(const std::string& reason);
+    // Ends the session, closes every connection and opens no other.
+    void leave(const std::string& reason);
+    bool hasConnections() const { return !_peers.empty(); }
+
+ private:
+    struct Peer {
+        std::unique_ptr<Link> link;
+        bool dialled = false;
+        bool closing = false;
+    };
+    struct Session {
+        wire::Token token;
+        std::uint32_t epoch = 0;
+        std::string client;
+        ConnectionId control = 0;
+        ConnectionId bulk = 0;  // 0: not there yet
+        bool started = false;
+        bool assigned = false;
+        bool hasViews = false;
+        std::uint64_t lastFrame = 0;
+        std::optional<double> time;
+        std::deque<std::uint64_t> drawing;  // requested, not ready
+        std::deque<std::uint64_t> shown;    // ready, not swapped
+        std::vector<wire::Bytes> changes;   // parts of the next frame's list
+        std::size_t changeBytes = 0;
+        BulkSender sender;
+        BlobReceiver receiver;
+        std::map<Hash128, MultiStorage> results;  // of jobs
+    };
+
+    void drain(ConnectionId connection, TimePoint now);
+    void greeted(ConnectionId connection, Peer& peer, TimePoint now);
+    // Why this hello is not acceptable; empty when it is.
+    std::string objection(const wire::Hello& hello) const;
+    Result<void> message(wire::MessageType type, std::span<const std::byte> payload);
+    Result<void> frame(std::span<const std::byte> payload);
+    Result<void> addChanges(std::span<const std::byte> part);
+    template <class Message>
+    void send(const Message& message);
+    void overflow();
+    void ended(const std::string& reason);
+    void drop(ConnectionId connection);
+    Link* control();
+    void fillBulk();
+
+    ServerNodeOptions _options;
+    std::map<ConnectionId, Peer> _peers;
+    std::optional<Session> _session;
+    std::deque<ServerEvent> _events;
+    std::deque<Action> _actions;
+    bool _leaving = false;
+    bool _dialling = false;
+    ConnectionId _dialledControl = 0;
+    TimePoint _redialAt;
+};
+
+}  // namespace umbriel::protocol

@@ -1,0 +1,208 @@
+#include "common/scene/traversal.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+#include "common/math/rotation.h"
+
+namespace umbriel {
+
+namespace {
+
+Affine ownTransform(const Aspect& aspect, const Node& node) {
+    const auto* transform = aspect.findAs<Transform>(node.core.get());
+    if (!transform) return {};
+    return {glm::dmat3(transform->linear.get()), transform->translation.get()};
+}
+
+// Half-open range of the children that are shown.
+struct ChildRange {
+    std::size_t first = 0;
+    std::size_t end = 0;
+};
+
+ChildRange shownChildren(const VisitedNode& visited, const std::optional<glm::dvec3>& eyeWorld) {
+    const std::size_t count = visited.node.children.size();
+    const auto only = [count](std::int32_t index) -> ChildRange {
+        if (index < 0 || static_cast<std::size_t>(index) >= count) return {};
+        return {static_cast<std::size_t>(index), static_cast<std::size_t>(index) + 1};
+    };
+    if (!visited.core) return {0, count};
+    if (isA<Switch>(*visited.core)) {
+        const std::int32_t choice = static_cast<const Switch&>(*visited.core).choice;
+        if (choice != Switch::kAll) return only(choice);
+    } else if (eyeWorld && isA<LevelOfDetail>(*visited.core)) {
+        const double distance = glm::distance(*eyeWorld, visited.worldFromNode.translation);
+        return only(chosenLevel(static_cast<const LevelOfDetail&>(*visited.core), count, distance));
+    }
+    return {0, count};
+}
+
+bool sameChunks(const MultiStorage& a, const MultiStorage& b) {
+    if (a.size() != b.size()) return false;
+    for (std::size_t chunk = 0; chunk < a.chunkCount(); ++chunk)
+        if (!a.sharesChunk(chunk, b)) return false;
+    return true;
+}
+
+}  // namespace
+
+Hierarchy::Hierarchy(const Aspect& aspect, Ref<Node> root) {
+    if (aspect.find(root)) walk(aspect, root);
+    const std::vector<ContainerId> ids = aspect.ids();
+    std::unordered_set<ContainerId> children;
+    for (ContainerId id : ids) {
+        const auto* node = aspect.findAs<Node>(id);
+        if (!node || _parents.contains(id)) continue;
+        for (std::size_t i = 0; i < node->children.size(); ++i) children.insert(node->children[i]);
+    }
+    // First the topmost ones; what is left then is in cycles.
+    for (const bool inCycles : {false, true})
+        for (ContainerId id : ids)
+            if (aspect.findAs<Node>(id) && !_parents.contains(id) && (inCycles || !children.contains(id)))
+                walk(aspect, Ref<Node>(id));
+}
+
+void Hierarchy::walk(const Aspect& aspect, Ref<Node> top) {
+    struct Link {
+        ContainerId node;
+        ContainerId parent;
+    };
+    std::vector<Link> pending{{top, {}}};
+    while (!pending.empty()) {
+        const Link link = pending.back();
+        pending.pop_back();
+        const auto* node = aspect.findAs<Node>(link.node);
+        if (!node || !_parents.emplace(link.node, link.parent).second) continue;
+        for (std::size_t i = node->children.size(); i-- > 0;) pending.push_back({node->children[i], link.node});
+    }
+}
+
+Ref<Node> Hierarchy::parentOf(Ref<Node> node) const {
+    const auto found = _parents.find(node);
+    return Ref<Node>(found == _parents.end() ? ContainerId{} : found->second);
+}
+
+Affine Hierarchy::worldFromNode(const Aspect& aspect, Ref<Node> node) const {
+    Affine worldFromNode;
+    // The parents form a forest (each was set once, from a node walked earlier), so this ends.
+    for (Ref<Node> current = node; current; current = parentOf(current))
+        if (const Node* found = aspect.find(current)) worldFromNode = ownTransform(aspect, *found) * worldFromNode;
+    return worldFromNode;
+}
+
+void traverse(const Aspect& aspect, Ref<Node> root, const std::optional<glm::dvec3>& eyeWorld,
+              const std::function<Descend(const VisitedNode&)>& visit) {
+    struct Pending {
+        Ref<Node> node;
+        Affine worldFromParent;
+    };
+    std::unordered_set<ContainerId> seen;
+    std::vector<Pending> pending{{root, {}}};
+    while (!pending.empty()) {
+        const Pending next = pending.back();
+        pending.pop_back();
+        const Node* node = aspect.find(next.node);
+        if (!node || !seen.insert(next.node).second || !node->visible) continue;
+        const VisitedNode visited{next.node, *node, aspect.find(node->core.get()),
+                                  next.worldFromParent * ownTransform(aspect, *node)};
+        if (visit(visited) == Descend::No) continue;
+        const ChildRange shown = shownChildren(visited, eyeWorld);
+        for (std::size_t i = shown.end; i-- > shown.first;)
+            pending.push_back({node->children[i], visited.worldFromNode});
+    }
+}
+
+std::int32_t chosenLevel(const LevelOfDetail& levels, std::size_t childCount, double distance) {
+    if (childCount == 0) return -1;
+    for (std::size_t i = 0; i + 1 < childCount && i < levels.ranges.size(); ++i)
+        if (distance < static_cast<double>(levels.ranges[i])) return static_cast<std::int32_t>(i);
+    return static_cast<std::int32_t>(childCount - 1);
+}
+
+const Box3d& GeometryBounds::of(const Aspect& aspect, Ref<Geometry> geometry) {
+    Entry& entry = _entries[geometry];
+    entry.used = true;
+    const Geometry* found = aspect.find(geometry);
+    if (!found) {
+        entry = {};
+        return entry.box;
+    }
+    const MultiStorage& positions = found->positions.storage();
+    if (entry.positions && sameChunks(*entry.positions, positions)) return entry.box;
+    entry.positions = positions;
+    entry.box = {};
+    for (std::size_t chunk = 0; chunk < positions.chunkCount(); ++chunk) {
+        const std::span<const std::byte> bytes = positions.chunk(chunk);
+        for (std::size_t at = 0; at + sizeof(glm::vec3) <= bytes.size(); at += sizeof(glm::vec3)) {
+            glm::vec3 position;
+            std::memcpy(&position, bytes.data() + at, sizeof(position));
+            if (isFinite(glm::dvec3(position))) entry.box.include(glm::dvec3(position));
+        }
+    }
+    return entry.box;
+}
+
+void GeometryBounds::sweep() {
+    std::erase_if(_entries, [](const auto& entry) { return !entry.second.used; });
+    for (auto& entry : _entries) entry.second.used = false;
+}
+
+Box3d worldBounds(const Aspect& aspect, Ref<Node> root, GeometryBounds& bounds,
+                  const std::vector<Ref<Node>>& excluded) {
+    Box3d result;
+    traverse(aspect, root, std::nullopt, [&](const VisitedNode& visited) {
+        if (std::find(excluded.begin(), excluded.end(), visited.ref) != excluded.end()) return Descend::No;
+        if (visited.core && isA<Geometry>(*visited.core)) {
+            const Box3d box = transformed(visited.worldFromNode, bounds.of(aspect, Ref<Geometry>(visited.core->id())));
+            if (!box.empty() && isFinite(box.lower) && isFinite(box.upper)) result.include(box);
+        }
+        return Descend::Yes;
+    });
+    return result;
+}
+
+Box3d worldBounds(const Aspect& aspect, Ref<Node> root) {
+    GeometryBounds bounds;
+    return worldBounds(aspect, root, bounds);
+}
+
+std::vector<LightInEffect> lightsInEffect(const Aspect& aspect, Ref<Node> root, const Hierarchy& hierarchy,
+                                          const std::vector<Ref<Node>>& listed) {
+    std::vector<LightInEffect> lights;
+    traverse(aspect, root, std::nullopt, [&](const VisitedNode& visited) {
+        if (!visited.core) return Descend::Yes;
+        if (!listed.empty() && std::find(listed.begin(), listed.end(), visited.ref) == listed.end())
+            return Descend::Yes;
+        const auto add = [&](LightKind kind, bool on, bool castsShadow, Ref<Node> beacon) {
+            if (!on) return;
+            const BeaconFrame frame = beaconFrame(aspect, hierarchy, aspect.find(beacon) ? beacon : visited.ref);
+            lights.push_back({visited.ref, Ref<Container>(visited.core->id()), kind, castsShadow, frame.positionWorld,
+                              -frame.worldFromBeacon[2]});
+        };
+        if (isA<AmbientLight>(*visited.core)) {
+            add(LightKind::Ambient, static_cast<const AmbientLight&>(*visited.core).on, false, {});
+        } else if (isA<DirectionalLight>(*visited.core)) {
+            const auto& light = static_cast<const DirectionalLight&>(*visited.core);
+            add(LightKind::Directional, light.on, light.castsShadow, light.beacon);
+        } else if (isA<PointLight>(*visited.core)) {
+            const auto& light = static_cast<const PointLight&>(*visited.core);
+            add(LightKind::Point, light.on, light.castsShadow, light.beacon);
+        } else if (isA<SpotLight>(*visited.core)) {
+            const auto& light = static_cast<const SpotLight&>(*visited.core);
+            add(LightKind::Spot, light.on, light.castsShadow, light.beacon);
+        }
+        return Descend::Yes;
+    });
+    std::sort(lights.begin(), lights.end(),
+              [](const LightInEffect& a, const LightInEffect& b) { return a.node < b.node; });
+    return lights;
+}
+
+BeaconFrame beaconFrame(const Aspect& aspect, const Hierarchy& hierarchy, Ref<Node> beacon) {
+    const Affine worldFromBeacon = hierarchy.worldFromNode(aspect, beacon);
+    return {worldFromBeacon.translation, orthonormalised(worldFromBeacon.linear).value_or(glm::dmat3(1.0))};
+}
+
+}  // namespace umbriel

@@ -1,0 +1,436 @@
+#include "common/wire/messages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace umbriel::wire {
+namespace {
+
+constexpr std::uint32_t kMagic = 0x52424d55;  // "UMBR"
+constexpr std::uint32_t kKiB = 1024;
+// No wall is larger than this along a side, so that sums of positions and sizes cannot overflow.
+constexpr std::int32_t kMaxPixels = 1 << 24;
+
+constexpr bool kYes = true, kNo = false;
+//                                          limit             client server control bulk
+constexpr MessageRule kRules[kMessageTypes] = {
+    {"Hello",        4 * kKiB - kHeaderBytes,     kYes, kYes, kYes, kYes},
+    {"Welcome",      0,                           kYes, kYes, kYes, kYes},
+    {"Refuse",       1 * kKiB,                    kYes, kYes, kYes, kYes},
+    {"Heartbeat",    0,                           kYes, kYes, kYes, kNo},
+    {"Goodbye",      1 * kKiB,                    kYes, kYes, kYes, kYes},
+    {"Assign",       64 * kKiB,                   kYes, kNo,  kYes, kNo},
+    {"Changes",      kChunkBytes,                 kYes, kNo,  kYes, kNo},
+    {"Frame",        kMaxViewBytes + kMaxInlineChangeBytes + 64, kYes, kNo, kYes, kNo},
+    {"Ready",        27,                          kNo,  kYes, kYes, kNo},
+    {"Swap",         10,                          kYes, kNo,  kYes, kNo},
+    {"Failed",       4 * kKiB,                    kNo,  kYes, kYes, kNo},
+    {"BlobWanted",   64 * kKiB + 8,               kYes, kYes, kYes, kNo},
+    {"BlobData",     kChunkBytes + BlobData::kOverhead, kYes, kYes, kNo, kYes},
+    {"TileData",     kChunkBytes + 512,           kNo,  kYes, kNo,  kYes},
+    {"DigestQuery",  16,                          kYes, kNo,  kYes, kNo},
+    {"DigestReply",  16 * DigestReply::kMaxEntries + 16, kNo, kYes, kYes, kNo},
+    {"Explain",      0,                           kYes, kNo,  kYes, kNo},
+    {"ExplainReply", (1 << 20) + 8,               kNo,  kYes, kYes, kNo},
+    {"JobOffer",     kChunkBytes + 256,           kYes, kNo,  kYes, kNo},
+    {"JobLease",     32,                          kNo,  kYes, kYes, kNo},
+    {"JobCancel",    32,                          kYes, kNo,  kYes, kNo},
+    {"JobDone",      4 * kKiB + 64,               kNo,  kYes, kYes, kNo},
+};
+
+void writeHash(Writer& writer, const Hash128& hash) {
+    writer.u64(hash.low);
+    writer.u64(hash.high);
+}
+
+Hash128 readHash(Reader& reader) {
+    Hash128 hash;
+    hash.low = reader.u64();
+    hash.high = reader.u64();
+    return hash;
+}
+
+template <class Enum>
+Enum readEnum(Reader& reader, std::uint32_t count, const char* reason) {
+    return static_cast<Enum>(reader.bounded(count - 1, reason));
+}
+
+// The upper half of a non-negative float, rounded towards zero or away from it: 8 bits of mantissa.
+std::uint16_t roundedDown(float value) {
+    if (!(value > 0.0f)) return 0;
+    return static_cast<std::uint16_t>(std::bit_cast<std::uint32_t>(std::min(value, 3e38f)) >> 16);
+}
+std::uint16_t roundedUp(float value) {
+    if (!(value > 0.0f)) return 0;
+    return static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(std::min(value, 3e38f)) + 0xffff) >> 16);
+}
+float readRounded(Reader& reader) {
+    const float value = std::bit_cast<float>(std::uint32_t{reader.u16()} << 16);
+    if (!(value >= 0.0f) || !std::isfinite(value)) reader.fail("a depth is not a distance");
+    return reader.ok() ? value : 0.0f;
+}
+
+// A text of the peer that ends up in messages and logs: no control characters.
+std::string readLabel(Reader& reader, std::size_t limit) {
+    std::string text = reader.text(limit);
+    for (const char c : text)
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) reader.fail("a name has control characters");
+    return text;
+}
+
+constexpr std::uint64_t kMaxReadyTriangles = (std::uint64_t{1} << 35) - 1;  // 5 bytes as varint
+constexpr std::uint64_t kMaxReadyTime = (std::uint64_t{1} << 21) - 1;       // 3 bytes, steps of 10 microseconds
+
+enum FrameFlags : std::uint8_t { kWantPixels = 1, kFromNothing = 2, kTime = 4, kViews = 8 };
+
+}  // namespace
+
+const MessageRule* ruleOf(std::uint8_t type) {
+    return type >= 1 && type <= kMessageTypes ? &kRules[type - 1] : nullptr;
+}
+
+Error malformed(MessageType type, std::string_view reason) {
+    return failure(fmt::format("a {} message cannot be read: {}", ruleOf(type).name, reason));
+}
+
+void encodeHeader(const Header& header, std::span<std::byte, kHeaderBytes> out) {
+    const auto little = [&](std::size_t at, std::uint32_t value) {
+        for (std::size_t i = 0; i < 4; ++i) out[at + i] = static_cast<std::byte>(value >> (8 * i));
+    };
+    little(0, header.length);
+    out[4] = std::byte{header.type};
+    little(5, header.epoch);
+    little(9, header.sequence);
+}
+
+Header decodeHeader(std::span<const std::byte, kHeaderBytes> bytes) {
+    Reader reader(bytes);
+    Header header;
+    header.length = reader.u32();
+    header.type = reader.u8();
+    header.epoch = reader.u32();
+    header.sequence = reader.u32();
+    return header;
+}
+
+void Hello::write(Writer& writer) const {
+    writer.u32(kMagic);
+    writer.u16(version);
+    writer.text(build);
+    writer.u8(static_cast<std::uint8_t>(role));
+    writer.u8(static_cast<std::uint8_t>(channel));
+    writer.text(name);
+    writer.text(wantedName);
+    writer.u64(token.low);
+    writer.u64(token.high);
+    writer.u32(epoch);
+    writer.u64(typeSignature);
+    writer.u64(capabilities);
+    writer.u64(maxChangeBytes);
+    writer.u64(maxBlobBytes);
+    writer.text(glRenderer);
+    writer.text(glVersion);
+    writer.text(cpu);
+}
+
+Hello Hello::read(Reader& reader) {
+    Hello hello;
+    if (reader.u32() != kMagic) {
+        reader.fail("this is not an Umbriel peer");
+        return hello;
+    }
+    hello.version = reader.u16();
+    hello.build = readLabel(reader, kMaxName);
+    if (hello.version != kProtocolVersion) {
+        if (reader.ok()) reader.raw(reader.remaining());  // another version's business
+        return hello;
+    }
+    hello.role = readEnum<Role>(reader, 2, "the role is neither client nor server");
+    hello.channel = readEnum<Channel>(reader, 2, "the channel is neither control nor bulk");
+    hello.name = readLabel(reader, kMaxName);
+    hello.wantedName = readLabel(reader, kMaxName);
+    hello.token.low = reader.u64();
+    hello.token.high = reader.u64();
+    hello.epoch = reader.u32();
+    hello.typeSignature = reader.u64();
+    hello.capabilities = reader.u64();
+    hello.maxChangeBytes = reader.u64();
+    hello.maxBlobBytes = reader.u64();
+    hello.glRenderer = readLabel(reader, kMaxText);
+    hello.glVersion = readLabel(reader, kMaxText);
+    hello.cpu = readLabel(reader, kMaxText);
+    return hello;
+}
+
+void Assign::write(Writer& writer) const {
+    writer.varint(static_cast<std::uint32_t>(wall.width));
+    writer.varint(static_cast<std::uint32_t>(wall.height));
+    writer.varint(tiles.size());
+    for (const TileAssignment& tile : tiles) {
+        writer.varint(tile.tile);
+        writer.varint(static_cast<std::uint32_t>(tile.pixels.x));
+        writer.varint(static_cast<std::uint32_t>(tile.pixels.y));
+        writer.varint(static_cast<std::uint32_t>(tile.pixels.width));
+        writer.varint(static_cast<std::uint32_t>(tile.pixels.height));
+        writer.varint(static_cast<std::uint32_t>(tile.eye));
+    }
+}
+
+Assign Assign::read(Reader& reader) {
+    const auto pixels = [&] { return static_cast<std::int32_t>(reader.bounded(kMaxPixels, "a pixel count is too large")); };
+    Assign assign;
+    assign.wall.width = pixels();
+    assign.wall.height = pixels();
+    const std::size_t count = reader.count(6, kMaxTiles);
+    assign.tiles.reserve(count);
+    for (std::size_t i = 0; i < count && reader.ok(); ++i) {
+        TileAssignment tile;
+        tile.tile = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "a tile's index is too large"));
+        tile.pixels.x = pixels();
+        tile.pixels.y = pixels();
+        tile.pixels.width = pixels();
+        tile.pixels.height = pixels();
+        tile.eye = readEnum<Eye>(reader, kEnumCount<Eye>, "a tile's eye is unknown");
+        if (tile.pixels.empty() || tile.pixels.x + tile.pixels.width > assign.wall.width ||
+            tile.pixels.y + tile.pixels.height > assign.wall.height)
+            reader.fail("a tile is not on the wall");
+        assign.tiles.push_back(tile);
+    }
+    return assign;
+}
+
+void Frame::write(Writer& writer) const {
+    writer.varint(number);
+    writer.u8(static_cast<std::uint8_t>((wantPixels ? kWantPixels : 0) | (fromNothing ? kFromNothing : 0) |
+                                        (time ? kTime : 0) | (views.empty() ? 0 : kViews)));
+    if (time) writer.f64(*time);
+    if (!views.empty()) {
+        writer.varint(views.size());
+        writer.raw(views);
+    }
+    writer.raw(changes);
+}
+
+Frame Frame::read(Reader& reader) {
+    Frame frame;
+    frame.number = reader.varint();
+    const std::uint8_t flags = reader.u8();
+    if (flags & ~(kWantPixels | kFromNothing | kTime | kViews)) reader.fail("unknown flags");
+    frame.wantPixels = (flags & kWantPixels) != 0;
+    frame.fromNothing = (flags & kFromNothing) != 0;
+    if (flags & kTime) frame.time = reader.finiteF64();
+    if (flags & kViews) {
+        const auto size = static_cast<std::size_t>(reader.bounded(kMaxViewBytes, "the views are too long"));
+        if (size == 0) reader.fail("the views are empty");
+        frame.views = reader.raw(size);
+    }
+    if (reader.remaining() > kMaxInlineChangeBytes) reader.fail("too many change bytes in one frame message");
+    frame.changes = reader.raw(reader.remaining());
+    return frame;
+}
+
+void Ready::write(Writer& writer) const {
+    writer.u16(frame);
+    writer.u64(digest);
+    const double steps = std::clamp(drawMilliseconds * 100.0 + 0.5, 0.0, static_cast<double>(kMaxReadyTime));
+    writer.varint(static_cast<std::uint64_t>(steps));
+    writer.varint(std::min(triangles, kMaxReadyTriangles));
+    writer.varint(std::min(shadowTriangles, kMaxReadyTriangles));
+    writer.u16(roundedDown(nearestDepth));
+    writer.u16(roundedUp(farthestDepth));
+}
+
+Ready Ready::read(Reader& reader) {
+    Ready ready;
+    ready.frame = reader.u16();
+    ready.digest = reader.u64();
+    ready.drawMilliseconds = static_cast<double>(reader.bounded(kMaxReadyTime, "the draw time is too long")) / 100.0;
+    ready.triangles = reader.bounded(kMaxReadyTriangles, "too many triangles");
+    ready.shadowTriangles = reader.bounded(kMaxReadyTriangles, "too many triangles");
+    ready.nearestDepth = readRounded(reader);
+    ready.farthestDepth = readRounded(reader);
+    return ready;
+}
+
+void Failed::write(Writer& writer) const {
+    writer.varint(frame);
+    writer.text(std::string_view(text).substr(0, kMaxText));
+}
+
+Failed Failed::read(Reader& reader) {
+    Failed failed;
+    failed.frame = reader.varint();
+    failed.text = reader.text(kMaxText);
+    return failed;
+}
+
+void BlobWanted::write(Writer& writer) const {
+    writer.varint(hashes.size());
+    for (const Hash128& hash : hashes) writeHash(writer, hash);
+}
+
+BlobWanted BlobWanted::read(Reader& reader) {
+    BlobWanted wanted;
+    const std::size_t count = reader.count(16, kMaxHashes);
+    wanted.hashes.reserve(count);
+    for (std::size_t i = 0; i < count; ++i) wanted.hashes.push_back(readHash(reader));
+    return wanted;
+}
+
+void BlobData::write(Writer& writer) const {
+    writeHash(writer, hash);
+    writer.u64(total);
+    writer.u64(offset);
+    writer.raw(bytes);
+}
+
+BlobData BlobData::read(Reader& reader) {
+    BlobData data;
+    data.hash = readHash(reader);
+    data.total = reader.u64();
+    data.offset = reader.u64();
+    data.bytes = reader.raw(reader.remaining());
+    if (data.total > kMaxBlobBytes) reader.fail("the blob is too large");
+    else if (data.offset > data.total || data.bytes.size() > data.total - data.offset)
+        reader.fail("a part reaches past the blob's end");
+    else if (data.bytes.empty() && data.total != 0) reader.fail("a part is empty");
+    return data;
+}
+
+void TileData::write(Writer& writer) const {
+    writer.varint(frame);
+    writer.varint(tile);
+    writer.varint(layerIndex);
+    writer.varint(layerCount);
+    writer.varint(static_cast<std::uint32_t>(layer));
+    writer.text(std::string_view(name).substr(0, kMaxName));
+    writer.varint(channels);
+    writer.u8(isInteger ? 1 : 0);
+    writer.varint(total);
+    writer.varint(offset);
+    writer.raw(bytes);
+}
+
+TileData TileData::read(Reader& reader) {
+    TileData data;
+    data.frame = reader.varint();
+    data.tile = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "a tile's index is too large"));
+    data.layerIndex = static_cast<std::uint32_t>(reader.bounded(kMaxLayers - 1, "too many layers"));
+    data.layerCount = static_cast<std::uint32_t>(reader.bounded(kMaxLayers, "too many layers"));
+    data.layer = static_cast<Layer>(reader.bounded(static_cast<std::uint32_t>(Layer::LightFactors), "unknown layer"));
+    if (!std::has_single_bit(static_cast<std::uint32_t>(data.layer))) reader.fail("unknown layer");
+    data.name = reader.text(kMaxName);
+    data.channels = static_cast<std::uint32_t>(reader.bounded(kMaxChannels, "too many channels"));
+    data.isInteger = reader.boolean();
+    data.total = reader.varint();
+    data.offset = reader.varint();
+    data.bytes = reader.raw(reader.remaining());
+    if (data.layerIndex >= data.layerCount) reader.fail("a layer beyond the last");
+    if (data.channels == 0) reader.fail("a layer without channels");
+    if (data.bytes.empty()) reader.fail("a part is empty");
+    if (data.offset > data.total || data.bytes.size() > data.total - data.offset)
+        reader.fail("a part reaches past the layer's end");
+    return data;
+}
+
+void DigestQuery::write(Writer& writer) const {
+    writer.u64(container.value);
+    writer.u64(after.value);
+}
+
+DigestQuery DigestQuery::read(Reader& reader) {
+    DigestQuery query;
+    query.container.value = reader.u64();
+    query.after.value = reader.u64();
+    return query;
+}
+
+void DigestReply::write(Writer& writer) const {
+    writer.u8(more ? 1 : 0);
+    writer.varint(digests.size());
+    for (const auto& [key, digest] : digests) {
+        writer.u64(key);
+        writer.u64(digest);
+    }
+}
+
+DigestReply DigestReply::read(Reader& reader) {
+    DigestReply reply;
+    reply.more = reader.boolean();
+    const std::size_t count = reader.count(16, kMaxEntries);
+    reply.digests.reserve(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::uint64_t key = reader.u64();
+        reply.digests.emplace_back(key, reader.u64());
+    }
+    return reply;
+}
+
+void JobOffer::write(Writer& writer) const {
+    writer.varint(job);
+    writer.varint(attempt);
+    writer.varint(leaseMilliseconds);
+    writer.text(kind);
+    writer.raw(payload);
+}
+
+JobOffer JobOffer::read(Reader& reader) {
+    JobOffer offer;
+    offer.job = reader.varint();
+    offer.attempt = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "the attempt is too large"));
+    offer.leaseMilliseconds = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "the lease is too long"));
+    offer.kind = reader.text(kMaxKind);
+    offer.payload = reader.raw(reader.remaining());
+    if (offer.payload.size() > kMaxPayload) reader.fail("the job's description is too long");
+    return offer;
+}
+
+void JobLease::write(Writer& writer) const {
+    writer.varint(job);
+    writer.varint(attempt);
+    writer.f32(progress);
+}
+
+JobLease JobLease::read(Reader& reader) {
+    JobLease lease;
+    lease.job = reader.varint();
+    lease.attempt = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "the attempt is too large"));
+    lease.progress = reader.finiteF32();
+    return lease;
+}
+
+void JobCancel::write(Writer& writer) const {
+    writer.varint(job);
+    writer.varint(attempt);
+}
+
+JobCancel JobCancel::read(Reader& reader) {
+    JobCancel cancel;
+    cancel.job = reader.varint();
+    cancel.attempt = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "the attempt is too large"));
+    return cancel;
+}
+
+void JobDone::write(Writer& writer) const {
+    writer.varint(job);
+    writer.varint(attempt);
+    writer.u8(static_cast<std::uint8_t>(status));
+    writer.text(std::string_view(text).substr(0, kMaxText));
+    writeHash(writer, result);
+    writer.varint(resultBytes);
+}
+
+JobDone JobDone::read(Reader& reader) {
+    JobDone done;
+    done.job = reader.varint();
+    done.attempt = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "the attempt is too large"));
+    done.status = readEnum<JobStatus>(reader, 4, "the job's end is unknown");
+    done.text = reader.text(kMaxText);
+    done.result = readHash(reader);
+    done.resultBytes = reader.bounded(kMaxBlobBytes, "the result is too large");
+    return done;
+}
+
+}  // namespace umbriel::wire

@@ -1,0 +1,131 @@
+#include "common/wire/view_codec.h"
+
+#include <fmt/format.h>
+
+namespace umbriel::wire {
+namespace {
+
+constexpr std::size_t kMaxViews = 64;
+constexpr std::size_t kMaxFits = 1024;
+constexpr std::int32_t kMaxPixels = 1 << 24;
+constexpr std::uint32_t kAllLayers = static_cast<std::uint32_t>(Layer::LightFactors) * 2 - 1;
+// The smallest encodings, for refusing counts before anything is reserved.
+constexpr std::size_t kMinFitBytes = 8 + 1 + 1 + 1 + 128 + 16 + 12;
+constexpr std::size_t kMinViewBytes = 8 + 1 + 4 + 24 + 72 + 128 + 8 + 1 + 1;
+
+template <class Matrix>
+void writeMatrix(Writer& writer, const Matrix& matrix) {
+    for (int column = 0; column < Matrix::length(); ++column)
+        for (int row = 0; row < Matrix::col_type::length(); ++row) writer.f64(matrix[column][row]);
+}
+
+template <class Matrix>
+Matrix readMatrix(Reader& reader) {
+    Matrix matrix;
+    for (int column = 0; column < Matrix::length(); ++column)
+        for (int row = 0; row < Matrix::col_type::length(); ++row) matrix[column][row] = reader.finiteF64();
+    return matrix;
+}
+
+std::int32_t readPixels(Reader& reader) {
+    return static_cast<std::int32_t>(reader.bounded(kMaxPixels, "a pixel count is too large"));
+}
+
+void writeFit(Writer& writer, const ShadowFit& fit) {
+    writer.u64(fit.light.value);
+    writer.varint(static_cast<std::uint32_t>(fit.mode));
+    writer.varint(fit.mapSize);
+    writer.u8(fit.perspective ? 1 : 0);
+    writeMatrix(writer, fit.clipFromWorld);
+    writer.f64(fit.texelSize);
+    writer.f64(fit.depthRange);
+    writer.f32(fit.constantBias);
+    writer.f32(fit.slopeBias);
+    writer.f32(fit.normalOffset);
+}
+
+ShadowFit readFit(Reader& reader) {
+    ShadowFit fit;
+    fit.light.value = reader.u64();
+    fit.mode = static_cast<ShadowMode>(reader.bounded(kEnumCount<ShadowMode> - 1, "unknown shadow mode"));
+    fit.mapSize = static_cast<std::uint32_t>(reader.bounded(1 << 16, "the shadow map is too large"));
+    fit.perspective = reader.boolean();
+    fit.clipFromWorld = readMatrix<glm::dmat4>(reader);
+    fit.texelSize = reader.finiteF64();
+    fit.depthRange = reader.finiteF64();
+    fit.constantBias = reader.finiteF32();
+    fit.slopeBias = reader.finiteF32();
+    fit.normalOffset = reader.finiteF32();
+    return fit;
+}
+
+void writeView(Writer& writer, const View& view) {
+    writer.u64(view.viewport.value);
+    writer.varint(static_cast<std::uint32_t>(view.eye));
+    writer.varint(static_cast<std::uint32_t>(view.region.x));
+    writer.varint(static_cast<std::uint32_t>(view.region.y));
+    writer.varint(static_cast<std::uint32_t>(view.region.width));
+    writer.varint(static_cast<std::uint32_t>(view.region.height));
+    for (int i = 0; i < 3; ++i) writer.f64(view.eyeWorld[i]);
+    writeMatrix(writer, view.viewFromWorld);
+    writeMatrix(writer, view.clipFromView);
+    writer.f64(view.nearDistance);
+    writer.u8(view.orthographic ? 1 : 0);
+    writer.varint(view.fits.size());
+    for (const ShadowFit& fit : view.fits) writeFit(writer, fit);
+}
+
+View readView(Reader& reader, PixelSize wall) {
+    View view;
+    view.viewport.value = reader.u64();
+    view.eye = static_cast<Eye>(reader.bounded(kEnumCount<Eye> - 1, "unknown eye"));
+    view.region.x = readPixels(reader);
+    view.region.y = readPixels(reader);
+    view.region.width = readPixels(reader);
+    view.region.height = readPixels(reader);
+    if (view.region.x + view.region.width > wall.width || view.region.y + view.region.height > wall.height)
+        reader.fail("a view's region is not on the wall");
+    for (int i = 0; i < 3; ++i) view.eyeWorld[i] = reader.finiteF64();
+    view.viewFromWorld = readMatrix<glm::dmat3>(reader);
+    view.clipFromView = readMatrix<glm::dmat4>(reader);
+    view.nearDistance = reader.finiteF64();
+    view.orthographic = reader.boolean();
+    const std::size_t fits = reader.count(kMinFitBytes, kMaxFits);
+    view.fits.reserve(fits);
+    for (std::size_t i = 0; i < fits && reader.ok(); ++i) view.fits.push_back(readFit(reader));
+    return view;
+}
+
+}  // namespace
+
+Bytes encodeViews(const WallViews& views) {
+    Bytes bytes;
+    Writer writer(bytes);
+    writer.varint(static_cast<std::uint32_t>(views.wall.width));
+    writer.varint(static_cast<std::uint32_t>(views.wall.height));
+    writer.varint(static_cast<std::uint32_t>(views.tiles));
+    writer.varint(views.samples);
+    writer.varint(views.layers);
+    writer.varint(views.views.size());
+    for (const View& view : views.views) writeView(writer, view);
+    return bytes;
+}
+
+Result<WallViews> decodeViews(std::span<const std::byte> bytes) {
+    Reader reader(bytes);
+    WallViews views;
+    views.wall.width = readPixels(reader);
+    views.wall.height = readPixels(reader);
+    views.tiles = static_cast<TileMode>(reader.bounded(1, "unknown tile mode"));
+    views.samples = static_cast<std::uint32_t>(reader.bounded(16, "too many samples"));
+    if (views.samples == 0) reader.fail("no samples");
+    views.layers = static_cast<std::uint32_t>(reader.bounded(kAllLayers, "unknown layers"));
+    const std::size_t count = reader.count(kMinViewBytes, kMaxViews);
+    views.views.reserve(count);
+    for (std::size_t i = 0; i < count && reader.ok(); ++i) views.views.push_back(readView(reader, views.wall));
+    if (!reader.ok()) return failure(fmt::format("the views cannot be read: {}", reader.reason()));
+    if (!reader.atEnd()) return failure("the views cannot be read: bytes are left over");
+    return views;
+}
+
+}  // namespace umbriel::wire

@@ -1,0 +1,179 @@
+#include "server/draw/caster_mask.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace umbriel {
+namespace {
+
+constexpr float kUnmarked = 2.0f;
+// Depths come from float matrices on the GPU.
+constexpr double kDepthMargin = 1e-5;
+
+double crossOf(const glm::dvec2& o, const glm::dvec2& a, const glm::dvec2& b) {
+    return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
+}
+
+// Andrew's monotone chain; counter-clockwise.
+std::vector<glm::dvec2> convexHull(std::vector<glm::dvec2> points) {
+    std::sort(points.begin(), points.end(), [](const glm::dvec2& a, const glm::dvec2& b) {
+        return a.x < b.x || (a.x == b.x && a.y < b.y);
+    });
+    if (points.size() < 3) return points;
+    std::vector<glm::dvec2> hull(points.size() * 2);
+    std::size_t size = 0;
+    for (const glm::dvec2& point : points) {
+        while (size >= 2 && crossOf(hull[size - 2], hull[size - 1], point) <= 0.0) --size;
+        hull[size++] = point;
+    }
+    const std::size_t lower = size + 1;
+    for (std::size_t i = points.size() - 1; i-- > 0;) {
+        while (size >= lower && crossOf(hull[size - 2], hull[size - 1], points[i]) <= 0.0) --size;
+        hull[size++] = points[i];
+    }
+    hull.resize(size > 1 ? size - 1 : size);
+    return hull;
+}
+
+// The x range of a convex polygon between two heights; empty when first > second.
+std::pair<double, double> rangeInBand(std::span<const glm::dvec2> hull, double bottom, double top) {
+    std::pair<double, double> range{1e300, -1e300};
+    const auto add = [&](double x) {
+        range.first = std::min(range.first, x);
+        range.second = std::max(range.second, x);
+    };
+    for (std::size_t i = 0; i < hull.size(); ++i) {
+        const glm::dvec2& a = hull[i];
+        const glm::dvec2& b = hull[(i + 1) % hull.size()];
+        if (a.y >= bottom && a.y <= top) add(a.x);
+        for (const double y : {bottom, top})
+            if ((a.y < y) != (b.y < y)) add(a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y)));
+    }
+    return range;
+}
+
+}  // namespace
+
+CasterMask::CasterMask(const glm::dmat4& lightClipFromRelative, std::uint32_t mapSize, double dilationTexels)
+    : _clipFromRelative(lightClipFromRelative),
+      _mapSize(mapSize),
+      _dilation(dilationTexels * kCells / mapSize),
+      _farthest(static_cast<std::size_t>(kCells) * kCells, kUnmarked) {}
+
+CasterMask::Footprint CasterMask::footprintOf(std::span<const glm::dvec3> pointsRelative) const {
+    Footprint footprint;
+    std::size_t behind = 0;
+    footprint.nearest = -1e300;
+    footprint.farthest = 1e300;
+    footprint.points.reserve(pointsRelative.size());
+    for (const glm::dvec3& point : pointsRelative) {
+        const glm::dvec4 clip = _clipFromRelative * glm::dvec4(point, 1.0);
+        if (!(clip.w > 1e-9)) {
+            ++behind;
+            continue;
+        }
+        const double depth = clip.z / clip.w;
+        footprint.nearest = std::max(footprint.nearest, depth);
+        footprint.farthest = std::min(footprint.farthest, depth);
+        footprint.points.push_back((glm::dvec2(clip) / clip.w * 0.5 + 0.5) * double{kCells});
+    }
+    using Kind = Footprint::Kind;
+    footprint.kind = behind == 0 ? Kind::Projected : behind == pointsRelative.size() ? Kind::Nothing : Kind::Everything;
+    if (pointsRelative.empty()) footprint.kind = Kind::Nothing;
+    return footprint;
+}
+
+// visit(cell) returns false to stop.
+template <class Visit>
+void CasterMask::visitCells(const Footprint& footprint, Visit&& visit) const {
+    glm::dvec2 minimum(0.0);
+    glm::dvec2 maximum(double{kCells});
+    const bool everything = footprint.kind == Footprint::Kind::Everything;
+    if (!everything) {
+        minimum = glm::dvec2(1e300);
+        maximum = glm::dvec2(-1e300);
+        for (const glm::dvec2& point : footprint.points) {
+            minimum = glm::min(minimum, point);
+            maximum = glm::max(maximum, point);
+        }
+    }
+    const auto cell = [](double place) { return static_cast<int>(std::clamp(std::floor(place), -1.0, double{kCells})); };
+    const int left = std::max(cell(minimum.x - _dilation), 0);
+    const int right = std::min(cell(maximum.x + _dilation), kCells - 1);
+    const int bottom = std::max(cell(minimum.y - _dilation), 0);
+    const int top = std::min(cell(maximum.y + _dilation), kCells - 1);
+    const bool precise = !everything && right - left > 1 && top - bottom > 1;
+    const std::vector<glm::dvec2> hull = precise ? convexHull(footprint.points) : std::vector<glm::dvec2>();
+    for (int y = bottom; y <= top; ++y) {
+        int from = left;
+        int to = right;
+        if (precise) {
+            const auto [first, last] = rangeInBand(hull, y - _dilation, y + 1 + _dilation);
+            if (first > last) continue;
+            from = std::max(cell(first - _dilation), left);
+            to = std::min(cell(last + _dilation), right);
+        }
+        for (int x = from; x <= to; ++x)
+            if (!visit(x, y)) return;
+    }
+}
+
+void CasterMask::addReceiver(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum, bool isInside) {
+    if (box.empty()) return;
+    std::vector<glm::dvec3> points;
+    if (isInside) {
+        const std::array<glm::dvec3, 8> corners = box.corners();
+        for (const glm::dvec3& corner : corners) points.push_back(glm::dvec3(relativeFromObject * glm::dvec4(corner, 1.0)));
+    } else {
+        points = hullOfIntersection(box, relativeFromObject, frustum);
+    }
+    Footprint footprint = footprintOf(points);
+    if (footprint.kind == Footprint::Kind::Nothing) return;
+    const double farthest = footprint.kind == Footprint::Kind::Everything ? 0.0 : footprint.farthest;
+    const auto depth = static_cast<float>(std::clamp(farthest - kDepthMargin, -1.0, 1.0));
+    visitCells(footprint, [&](int x, int y) {
+        float& stored = _farthest[static_cast<std::size_t>(y) * kCells + static_cast<std::size_t>(x)];
+        stored = std::min(stored, depth);
+        if (_marked.empty()) {
+            _marked = {x, y, 1, 1};
+        } else {
+            const int right = std::max(_marked.x + _marked.width, x + 1);
+            const int top = std::max(_marked.y + _marked.height, y + 1);
+            _marked.x = std::min(_marked.x, x);
+            _marked.y = std::min(_marked.y, y);
+            _marked.width = right - _marked.x;
+            _marked.height = top - _marked.y;
+        }
+        return true;
+    });
+}
+
+bool CasterMask::casts(const Box& box, const glm::dmat4& relativeFromObject) const {
+    if (box.empty() || empty()) return false;
+    std::array<glm::dvec3, 8> corners = box.corners();
+    for (glm::dvec3& corner : corners) corner = glm::dvec3(relativeFromObject * glm::dvec4(corner, 1.0));
+    const Footprint footprint = footprintOf(corners);
+    if (footprint.kind == Footprint::Kind::Nothing) return false;
+    const double nearest = footprint.kind == Footprint::Kind::Everything ? 1.0 : footprint.nearest + kDepthMargin;
+    bool found = false;
+    visitCells(footprint, [&](int x, int y) {
+        // Unmarked cells hold 2, but a caster before the near plane may have any depth.
+        const float farthest = _farthest[static_cast<std::size_t>(y) * kCells + static_cast<std::size_t>(x)];
+        found = farthest < kUnmarked && static_cast<double>(farthest) <= nearest;
+        return !found;
+    });
+    return found;
+}
+
+PixelRect CasterMask::texels() const {
+    if (empty()) return {};
+    const auto low = [&](int cell) { return static_cast<std::int32_t>(std::int64_t{cell} * _mapSize / kCells); };
+    const auto high = [&](int cell) {
+        return static_cast<std::int32_t>((std::int64_t{cell} * _mapSize + kCells - 1) / kCells);
+    };
+    const std::int32_t x = low(_marked.x);
+    const std::int32_t y = low(_marked.y);
+    return {x, y, high(_marked.x + _marked.width) - x, high(_marked.y + _marked.height) - y};
+}
+
+}  // namespace umbriel

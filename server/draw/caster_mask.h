@@ -1,0 +1,47 @@
+#pragma once
+
+#include <vector>
+
+#include "server/draw/culling.h"
+
+namespace umbriel {
+
+// Which parts of a light's map the visible surfaces of one tile can sample, and how deep: so that only casters that can
+// darken something in this tile are drawn. Coarse and conservative: a map drawn with fewer casters holds the same bits in
+// every texel that the tile samples, up to texels whose caster lies behind everything they are compared with.
+class CasterMask {
+   public:
+    static constexpr int kCells = 512;  // along each side of the map
+
+    // dilationTexels: how far bias and filter move a lookup away from the point that is looked up.
+    CasterMask(const glm::dmat4& lightClipFromRelative, std::uint32_t mapSize, double dilationTexels);
+
+    // A box that is visible in the tile, placed by relativeFromObject; of a box that is only partly inside the tile's
+    // frustum the inner part counts.
+    void addReceiver(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum, bool isInside);
+    // False when the box can darken nothing that was added.
+    bool casts(const Box& box, const glm::dmat4& relativeFromObject) const;
+
+    bool empty() const { return _marked.empty(); }
+    // What was marked, in texels of the map.
+    PixelRect texels() const;
+
+   private:
+    struct Footprint {
+        std::vector<glm::dvec2> points;  // in cells
+        double nearest = 0.0;            // reversed depth: the largest
+        double farthest = 0.0;
+        enum class Kind { Projected, Everything, Nothing } kind = Kind::Nothing;
+    };
+    Footprint footprintOf(std::span<const glm::dvec3> pointsRelative) const;
+    template <class Visit>
+    void visitCells(const Footprint& footprint, Visit&& visit) const;
+
+    glm::dmat4 _clipFromRelative;
+    std::uint32_t _mapSize;
+    double _dilation;                    // cells
+    std::vector<float> _farthest;        // reversed depth of the farthest receiver by cell; 2: none
+    PixelRect _marked;                   // cells
+};
+
+}  // namespace umbriel

@@ -1,0 +1,111 @@
+#include "server/draw/culling.h"
+
+namespace umbriel {
+namespace {
+
+glm::dvec4 row(const glm::dmat4& matrix, int index) {
+    return {matrix[0][index], matrix[1][index], matrix[2][index], matrix[3][index]};
+}
+
+// Corner i of a box takes the maximum of axis k where bit k of i is set.
+constexpr int kBoxFaces[6][4] = {{0, 2, 6, 4}, {1, 5, 7, 3}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 1, 3, 2}, {4, 6, 7, 5}};
+
+}  // namespace
+
+std::array<glm::dvec3, 8> Box::corners() const {
+    std::array<glm::dvec3, 8> result;
+    for (int i = 0; i < 8; ++i)
+        result[i] = {(i & 1) ? maximum.x : minimum.x, (i & 2) ? maximum.y : minimum.y, (i & 4) ? maximum.z : minimum.z};
+    return result;
+}
+
+glm::dmat4 clipFromRelativeOf(const View& view) {
+    return view.clipFromView * glm::dmat4(view.viewFromWorld);
+}
+
+Frustum tileFrustum(const View& view, const PixelRect& pixels, double marginPixels) {
+    const glm::dmat4 clipFromRelative = clipFromRelativeOf(view);
+    const glm::dvec4 x = row(clipFromRelative, 0);
+    const glm::dvec4 y = row(clipFromRelative, 1);
+    const glm::dvec4 z = row(clipFromRelative, 2);
+    const glm::dvec4 w = row(clipFromRelative, 3);
+    const auto ndc = [](double pixel, std::int32_t origin, std::int32_t size) { return 2.0 * (pixel - origin) / size - 1.0; };
+    const double left = ndc(pixels.x - marginPixels, view.region.x, view.region.width);
+    const double right = ndc(pixels.x + pixels.width + marginPixels, view.region.x, view.region.width);
+    const double bottom = ndc(pixels.y - marginPixels, view.region.y, view.region.height);
+    const double top = ndc(pixels.y + pixels.height + marginPixels, view.region.y, view.region.height);
+    Frustum frustum;
+    // Reversed depth: z = w at the near plane, 0 at the far one.
+    frustum.planes = {x - left * w, right * w - x, y - bottom * w, top * w - y, w - z, z};
+    const glm::dmat4 relativeFromClip = glm::inverse(clipFromRelative);
+    const glm::dvec2 corners[4] = {{left, bottom}, {right, bottom}, {right, top}, {left, top}};
+    for (int i = 0; i < 4; ++i) {
+        const glm::dvec4 point = relativeFromClip * glm::dvec4(corners[i], 1.0, 1.0);
+        frustum.nearCorners[i] = glm::dvec3(point) / point.w;
+    }
+    return frustum;
+}
+
+ObjectFrustum::ObjectFrustum(const Frustum& frustum, const glm::dmat4& relativeFromObject) {
+    for (std::size_t i = 0; i < planes.size(); ++i) planes[i] = frustum.planes[i] * relativeFromObject;
+}
+
+Overlap ObjectFrustum::classify(const Box& box) const {
+    if (box.empty()) return Overlap::Outside;
+    const glm::dvec3 minimum(box.minimum);
+    const glm::dvec3 maximum(box.maximum);
+    bool inside = true;
+    for (const Plane& plane : planes) {
+        double farthest = plane.w;
+        double nearest = plane.w;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double a = plane[axis] * minimum[axis];
+            const double b = plane[axis] * maximum[axis];
+            farthest += a > b ? a : b;
+            nearest += a > b ? b : a;
+        }
+        if (farthest < 0.0) return Overlap::Outside;
+        inside = inside && nearest >= 0.0;
+    }
+    return inside ? Overlap::Inside : Overlap::Partial;
+}
+
+void clipPolygon(std::vector<glm::dvec3>& polygon, const Plane& plane) {
+    std::vector<glm::dvec3> result;
+    result.reserve(polygon.size() + 1);
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const glm::dvec3& a = polygon[i];
+        const glm::dvec3& b = polygon[(i + 1) % polygon.size()];
+        const double da = glm::dot(glm::dvec3(plane), a) + plane.w;
+        const double db = glm::dot(glm::dvec3(plane), b) + plane.w;
+        if (da >= 0.0) result.push_back(a);
+        if ((da >= 0.0) != (db >= 0.0)) result.push_back(a + (b - a) * (da / (da - db)));
+    }
+    polygon = std::move(result);
+}
+
+std::vector<glm::dvec3> hullOfIntersection(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum) {
+    std::vector<glm::dvec3> points;
+    std::array<glm::dvec3, 8> corners = box.corners();
+    for (glm::dvec3& corner : corners) corner = glm::dvec3(relativeFromObject * glm::dvec4(corner, 1.0));
+    std::vector<glm::dvec3> polygon;
+    for (const auto& face : kBoxFaces) {
+        polygon.assign({corners[face[0]], corners[face[1]], corners[face[2]], corners[face[3]]});
+        for (const Plane& plane : frustum.planes) {
+            clipPolygon(polygon, plane);
+            if (polygon.empty()) break;
+        }
+        points.insert(points.end(), polygon.begin(), polygon.end());
+    }
+    // A corner of the frustum inside the box is a vertex of the intersection that no face of the box shows.
+    const glm::dmat4 objectFromRelative = glm::inverse(relativeFromObject);
+    for (const glm::dvec3& corner : frustum.nearCorners) {
+        const glm::dvec3 object(objectFromRelative * glm::dvec4(corner, 1.0));
+        if (glm::all(glm::greaterThanEqual(object, glm::dvec3(box.minimum))) &&
+            glm::all(glm::lessThanEqual(object, glm::dvec3(box.maximum))))
+            points.push_back(corner);
+    }
+    return points;
+}
+
+}  // namespace umbriel

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "common/math/glm.h"
+#include "common/math/pixel_rect.h"
+#include "common/wall/view.h"
+
+namespace umbriel {
+
+// Axis-parallel, in the space of its points; empty until a point is added.
+struct Box {
+    glm::vec3 minimum{std::numeric_limits<float>::infinity()};
+    glm::vec3 maximum{-std::numeric_limits<float>::infinity()};
+
+    bool empty() const { return !(minimum.x <= maximum.x); }
+    void add(const glm::vec3& point) {
+        minimum = glm::min(minimum, point);
+        maximum = glm::max(maximum, point);
+    }
+    void add(const Box& box) {
+        minimum = glm::min(minimum, box.minimum);
+        maximum = glm::max(maximum, box.maximum);
+    }
+    glm::dvec3 centre() const { return (glm::dvec3(minimum) + glm::dvec3(maximum)) * 0.5; }
+    std::array<glm::dvec3, 8> corners() const;
+};
+
+// Inside is where dot(plane, (point, 1)) >= 0.
+using Plane = glm::dvec4;
+
+// What a rectangle of the wall sees of the world, relative to the view's eye (world axes): left, right, bottom, top, near,
+// far. The far plane of an infinite projection is one that everything is inside of.
+struct Frustum {
+    std::array<Plane, 6> planes;
+    // The four corners of the near plane, counter-clockwise from the lower left.
+    std::array<glm::dvec3, 4> nearCorners;
+};
+
+// clipFromRelative: the view's projection times its rotation. pixels: on the wall; marginPixels widens it, because
+// rasterisation happens in rounded window coordinates.
+Frustum tileFrustum(const View& view, const PixelRect& pixels, double marginPixels);
+
+// The projection of a view, from eye-relative world coordinates to clip space.
+glm::dmat4 clipFromRelativeOf(const View& view);
+
+enum class Overlap { Outside, Partial, Inside };
+
+// The frustum in the space of an object.
+struct ObjectFrustum {
+    ObjectFrustum(const Frustum& frustum, const glm::dmat4& relativeFromObject);
+    // Conservative: a box near a corner of the frustum may count as Partial although it is outside.
+    Overlap classify(const Box& box) const;
+
+    std::array<Plane, 6> planes;
+};
+
+// The part of a convex polygon on the inner side of a plane.
+void clipPolygon(std::vector<glm::dvec3>& polygon, const Plane& plane);
+
+// Points whose convex hull contains the intersection of a box (placed by relativeFromObject) with the frustum; none when
+// they do not meet.
+std::vector<glm::dvec3> hullOfIntersection(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum);
+
+}  // namespace umbriel

@@ -1,0 +1,231 @@
+#include "server/draw/frame_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace umbriel {
+namespace {
+
+struct FeatureName {
+    const char* define;
+    const char* name;
+};
+constexpr FeatureName kNames[kFeatureCount] = {
+    {"FEATURE_VERTEX_NORMALS", "normals"},
+    {"FEATURE_VERTEX_TANGENTS", "tangents"},
+    {"FEATURE_VERTEX_COLOURS", "colours"},
+    {"FEATURE_TEX_COORDS0", "uv0"},
+    {"FEATURE_TEX_COORDS1", "uv1"},
+    {"FEATURE_BASE_COLOUR_TEXTURE", "base-colour-map"},
+    {"FEATURE_METALLIC_ROUGHNESS_TEXTURE", "metallic-roughness-map"},
+    {"FEATURE_NORMAL_TEXTURE", "normal-map"},
+    {"FEATURE_OCCLUSION_TEXTURE", "occlusion-map"},
+    {"FEATURE_EMISSION_TEXTURE", "emission-map"},
+    {"FEATURE_SPECULAR_TEXTURE", "specular-map"},
+    {"FEATURE_METALLIC_ROUGHNESS", "metallic-roughness"},
+    {"FEATURE_BLINN_PHONG", "blinn-phong"},
+    {"FEATURE_ALPHA_MASK", "alpha-mask"},
+    {"FEATURE_ALPHA_BLEND", "alpha-blend"},
+    {"FEATURE_DOUBLE_SIDED", "double-sided"},
+    {"FEATURE_AMBIENT_LIGHTS", "ambient"},
+    {"FEATURE_DIRECTIONAL_LIGHTS", "directional"},
+    {"FEATURE_POINT_LIGHTS", "point"},
+    {"FEATURE_SPOT_LIGHTS", "spot"},
+    {"FEATURE_SHADOWS", "shadows"},
+};
+
+const char* nameOf(PassKind kind) {
+    switch (kind) {
+        case PassKind::ShadowMap: return "shadow-map";
+        case PassKind::Background: return "background";
+        case PassKind::Surfaces: return "surfaces";
+        case PassKind::Blend: return "blend";
+        case PassKind::Foreground: return "foreground";
+        case PassKind::Resolve: return "resolve";
+        case PassKind::Layers: return "layers";
+    }
+    return "";
+}
+
+const char* nameOf(BackgroundKind kind) {
+    switch (kind) {
+        case BackgroundKind::None: return "none";
+        case BackgroundKind::Colour: return "colour";
+        case BackgroundKind::Gradient: return "gradient";
+        case BackgroundKind::Image: return "image";
+    }
+    return "";
+}
+
+std::uint32_t countIf(const ViewDemand& demand, bool blend) {
+    std::uint32_t count = 0;
+    for (const auto& [features, items] : demand.surfaces)
+        if (has(features, Feature::AlphaBlend) == blend) count += items;
+    return count;
+}
+
+std::string bytesText(std::uint64_t bytes) {
+    if (bytes < 10 * 1024) return fmt::format("{} B", bytes);
+    if (bytes < 10 * 1024 * 1024) return fmt::format("{:.1f} KiB", static_cast<double>(bytes) / 1024.0);
+    return fmt::format("{:.1f} MiB", static_cast<double>(bytes) / (1024.0 * 1024.0));
+}
+
+class Planner {
+   public:
+    Planner(const WallViews& views, const std::vector<ViewDemand>& demands, std::span<const TileAssignment> tiles)
+        : _views(views), _demands(demands), _tiles(tiles) {}
+
+    Result<FramePlan> plan(std::uint32_t factorLights, std::int32_t limit) {
+        const PixelSize work = workSizeOf(_views);
+        if (_views.tiles == TileMode::Exact) {
+            if (work.width > limit || work.height > limit)
+                return badInput(fmt::format(
+                    "--tiles exact needs a target of the whole wall, {}x{} pixels ({} at {} sample(s)), and this driver "
+                    "allows {}; use --tiles offset", work.width, work.height,
+                    bytesText(std::uint64_t(work.width) * std::uint64_t(work.height) * 20 * _views.samples),
+                    _views.samples, limit));
+        }
+        for (std::uint32_t i = 0; i < _demands.size(); ++i) planShadows(i);
+        addTarget("colour", "RGBA32F", work, 1, _views.samples, 16);
+        addTarget("depth", "D32F", work, 1, _views.samples, 4);
+        for (std::uint32_t i = 0; i < _demands.size(); ++i) planView(i);
+        if (_views.samples > 1) add({PassKind::Resolve, 0, 0, 0, "tile colour", fmt::format("{} samples", _views.samples)});
+        addTarget("tile colour", "RGBA32F", largestTile(), static_cast<std::uint32_t>(_tiles.size()), 1, 16);
+        planLayers(work, factorLights);
+        for (const PlannedTarget& target : _plan.targets) _plan.bytes += target.bytes;
+        return std::move(_plan);
+    }
+
+   private:
+    PixelSize largestTile() const {
+        PixelSize size;
+        for (const TileAssignment& tile : _tiles) {
+            size.width = std::max(size.width, tile.pixels.width);
+            size.height = std::max(size.height, tile.pixels.height);
+        }
+        return size;
+    }
+    void add(PlannedPass pass) { _plan.passes.push_back(std::move(pass)); }
+    void addTarget(std::string name, std::string format, PixelSize size, std::uint32_t count, std::uint32_t samples,
+                   std::uint64_t bytesPerTexel) {
+        const std::uint64_t bytes = std::uint64_t(size.width) * std::uint64_t(size.height) * count * samples * bytesPerTexel;
+        if (bytes > 0) _plan.targets.push_back({std::move(name), std::move(format), size, count, samples, bytes});
+    }
+
+    void planShadows(std::uint32_t view) {
+        const ViewDemand& demand = _demands[view];
+        std::uint32_t largest = 0;
+        for (std::uint32_t i = 0; i < demand.shadows.size(); ++i) {
+            const ViewDemand::Shadow& shadow = demand.shadows[i];
+            largest = std::max(largest, shadow.mapSize);
+            add({PassKind::ShadowMap, view, i, 0, fmt::format("shadow maps {}", view),
+                 fmt::format("{}: standard, {} texels, {} casters{}", shadow.light, shadow.mapSize, shadow.casters,
+                             shadow.maskedCasters ? fmt::format(" ({} cut out)", shadow.maskedCasters) : "")});
+        }
+        if (largest > 0)
+            addTarget(fmt::format("shadow maps {}", view), "D32F",
+                      {static_cast<std::int32_t>(largest), static_cast<std::int32_t>(largest)},
+                      static_cast<std::uint32_t>(demand.shadows.size()), 1, 4);
+    }
+
+    void planView(std::uint32_t view) {
+        const ViewDemand& demand = _demands[view];
+        for (const auto& [features, count] : demand.surfaces) _plan.variants[features] += count;
+        if (demand.background != BackgroundKind::None)
+            add({PassKind::Background, view, 0, 0, "colour", nameOf(demand.background)});
+        if (const std::uint32_t count = countIf(demand, false))
+            add({PassKind::Surfaces, view, 0, 0, "colour, depth", fmt::format("{} items, {} lights", count, demand.lights)});
+        if (const std::uint32_t count = countIf(demand, true))
+            add({PassKind::Blend, view, 0, 0, "colour, depth", fmt::format("{} items, back to front", count)});
+        if (demand.foregrounds > 0)
+            add({PassKind::Foreground, view, 0, 0, "colour", fmt::format("{} items", demand.foregrounds)});
+    }
+
+    void planLayers(PixelSize work, std::uint32_t lights) {
+        const auto wants = [&](Layer layer) { return (_views.layers & static_cast<std::uint32_t>(layer)) != 0; };
+        std::string names;
+        std::uint64_t perTexel = 0;
+        const auto layer = [&](Layer which, const char* name, std::uint64_t bytes) {
+            if (!wants(which)) return;
+            names += names.empty() ? name : std::string(", ") + name;
+            perTexel += bytes;
+        };
+        layer(Layer::Depth, "depth", 4);
+        layer(Layer::Position, "position", 16);
+        layer(Layer::Normal, "normal", 16);
+        layer(Layer::Ids, "ids", 8);
+        const bool factors = wants(Layer::LightFactors) && lights > 0;
+        if (names.empty() && !factors) return;
+        if (!names.empty()) addTarget("layers", names, work, 1, 1, perTexel);
+        if (factors) addTarget("light factors", "RGBA32F", work, (std::min(lights, kFactorLayersPerPass) + 3) / 4, 1, 16);
+        if (_views.samples > 1) addTarget("layer depth", "D32F", work, 1, 1, 4);
+        for (std::uint32_t view = 0; view < _demands.size(); ++view) {
+            if (countIf(_demands[view], false) == 0) continue;
+            if (!names.empty()) add({PassKind::Layers, view, kNoFactors, 0, "layers", names + ", 1 sample"});
+            if (!factors) continue;
+            for (std::uint32_t first = 0; first < lights; first += kFactorLayersPerPass)
+                add({PassKind::Layers, view, first, 0, "light factors",
+                     fmt::format("lights {}..{}", first, std::min(first + kFactorLayersPerPass, lights) - 1)});
+        }
+    }
+
+    const WallViews& _views;
+    const std::vector<ViewDemand>& _demands;
+    std::span<const TileAssignment> _tiles;
+    FramePlan _plan;
+};
+
+}  // namespace
+
+const char* defineOf(Feature feature) {
+    std::uint32_t index = 0;
+    while ((1u << index) != bit(feature)) ++index;
+    return kNames[index].define;
+}
+
+std::string describe(FeatureSet set) {
+    std::string text;
+    for (std::uint32_t i = 0; i < kFeatureCount; ++i)
+        if ((set >> i) & 1u) text += (text.empty() ? "" : " ") + std::string(kNames[i].name);
+    return text.empty() ? "plain" : text;
+}
+
+std::int32_t FramePlan::reachOf(std::uint32_t view) const {
+    std::int32_t reach = 0;
+    for (const PlannedPass& pass : passes)
+        if (pass.view == view) reach = std::max(reach, pass.reach);
+    return reach;
+}
+
+bool FramePlan::hasPass(PassKind kind) const {
+    return std::any_of(passes.begin(), passes.end(), [&](const PlannedPass& pass) { return pass.kind == kind; });
+}
+
+std::string FramePlan::explain() const {
+    std::string text = fmt::format("passes: {}\n", passes.size());
+    for (const PlannedPass& pass : passes)
+        text += fmt::format("  view {} {:<11} reach {} px -> {}: {}\n", pass.view, nameOf(pass.kind), pass.reach, pass.target,
+                            pass.detail);
+    text += fmt::format("targets: {} ({})\n", targets.size(), bytesText(bytes));
+    for (const PlannedTarget& target : targets)
+        text += fmt::format("  {}: {} {}x{}{}{} {}\n", target.name, target.format, target.size.width, target.size.height,
+                            target.count > 1 ? fmt::format(" x{}", target.count) : "",
+                            target.samples > 1 ? fmt::format(" {} samples", target.samples) : "", bytesText(target.bytes));
+    text += fmt::format("shader variants: {}\n", variants.size());
+    for (const auto& [features, items] : variants) text += fmt::format("  {} items: {}\n", items, describe(features));
+    return text;
+}
+
+PixelSize workSizeOf(const WallViews& views) {
+    if (views.tiles == TileMode::Exact) return views.wall;
+    return {std::min(views.wall.width, kBlockPixels), std::min(views.wall.height, kBlockPixels)};
+}
+
+Result<FramePlan> planFrame(const WallViews& views, const std::vector<ViewDemand>& demands,
+                            std::span<const TileAssignment> tiles, std::uint32_t factorLights,
+                            std::int32_t limit) {
+    return Planner(views, demands, tiles).plan(factorLights, limit);
+}
+
+}  // namespace umbriel

@@ -1,0 +1,122 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/result.h"
+#include "common/wall/view.h"
+
+namespace umbriel {
+
+// What a surface shader is composed of; bits of a mask. A program is compiled for exactly the set that a scene's draw
+// items need, whatever tile is drawn, so that every tile runs the same instructions.
+enum class Feature : std::uint32_t {
+    VertexNormals = 1u << 0,  // without: the face normal
+    VertexTangents = 1u << 1,
+    VertexColours = 1u << 2,
+    TexCoords0 = 1u << 3,
+    TexCoords1 = 1u << 4,
+    BaseColourTexture = 1u << 5,
+    MetallicRoughnessTexture = 1u << 6,
+    NormalTexture = 1u << 7,
+    OcclusionTexture = 1u << 8,
+    EmissionTexture = 1u << 9,
+    SpecularTexture = 1u << 10,
+    MetallicRoughness = 1u << 11,  // neither model: unlit
+    BlinnPhong = 1u << 12,
+    AlphaMask = 1u << 13,
+    AlphaBlend = 1u << 14,
+    DoubleSided = 1u << 15,
+    AmbientLights = 1u << 16,
+    DirectionalLights = 1u << 17,
+    PointLights = 1u << 18,
+    SpotLights = 1u << 19,
+    Shadows = 1u << 20,
+};
+inline constexpr std::uint32_t kFeatureCount = 21;
+
+using FeatureSet = std::uint32_t;
+constexpr FeatureSet bit(Feature feature) { return static_cast<FeatureSet>(feature); }
+constexpr bool has(FeatureSet set, Feature feature) { return (set & bit(feature)) != 0; }
+
+// The `#define` of a feature in shaders/stage, for example "FEATURE_ALPHA_MASK".
+const char* defineOf(Feature feature);
+// The features' short names, joined by spaces; "plain" for none.
+std::string describe(FeatureSet set);
+
+enum class PassKind : std::uint32_t { ShadowMap, Background, Surfaces, Blend, Foreground, Resolve, Layers };
+
+enum class BackgroundKind : std::uint32_t { None, Colour, Gradient, Image };
+
+// What a view needs, gathered from the scene.
+struct ViewDemand {
+    std::string name;  // of the viewport, for people
+    Eye eye = Eye::Mono;
+    PixelRect region;
+    BackgroundKind background = BackgroundKind::None;
+    std::uint32_t foregrounds = 0;
+    std::map<FeatureSet, std::uint32_t> surfaces;  // draw items by the features of their shader
+    std::uint32_t lights = 0;                      // that are on, ambient ones apart
+    struct Shadow {
+        std::string light;
+        std::uint32_t mapSize = 0;
+        std::uint32_t casters = 0;        // draw items
+        std::uint32_t maskedCasters = 0;  // of these, cut out by a texture
+    };
+    std::vector<Shadow> shadows;
+};
+
+struct PlannedTarget {
+    std::string name;
+    std::string format;
+    PixelSize size;
+    std::uint32_t count = 1;    // layers of an array, copies
+    std::uint32_t samples = 1;  // per pixel
+    std::uint64_t bytes = 0;
+};
+
+struct PlannedPass {
+    PassKind kind = PassKind::Surfaces;
+    std::uint32_t view = 0;      // index in the demands
+    std::uint32_t first = 0;     // ShadowMap: index in the view's shadows; Layers: the first light, or kNoFactors
+    std::int32_t reach = 0;      // pixels beyond the tile that must be drawn for the tile to be right
+    std::string target;          // what it draws into
+    std::string detail;
+};
+
+// What a frame consists of: nothing but what the scene needs. Pure data, derived without GL.
+struct FramePlan {
+    std::vector<PlannedTarget> targets;
+    std::vector<PlannedPass> passes;                // in the order they run, for every tile
+    std::map<FeatureSet, std::uint32_t> variants;   // shader variants and how many draw items use each
+    std::uint64_t bytes = 0;                        // of all targets
+
+    // The largest reach of a view's passes: how far the scissor exceeds the tile.
+    std::int32_t reachOf(std::uint32_t view) const;
+    bool hasPass(PassKind kind) const;
+    // For people; stable, so that it can be compared.
+    std::string explain() const;
+};
+
+// Layers passes without light factors.
+inline constexpr std::uint32_t kNoFactors = 0xffffffffu;
+// Lights beyond the first kFactorLayersPerPass are read in further layer passes: a framebuffer has 8 attachments.
+inline constexpr std::uint32_t kFactorLayersPerPass = 16;
+
+// In offset mode the wall is drawn in blocks of this many pixels a side, each in window coordinates of its own, whatever
+// tile asks for it: so a pixel's value does not depend on the grid of tiles, and no wall is too large. A multiple of the
+// 2x2 pixels over which a texture's mip is chosen.
+inline constexpr std::int32_t kBlockPixels = 1024;
+
+// What the work images must hold: the wall (exact mode) or a block.
+PixelSize workSizeOf(const WallViews& views);
+
+// tiles: of this server. factorLights: lights of all views together, for the light factors layer. Error: the exact mode needs a target larger than the driver allows (limit: texels a side).
+Result<FramePlan> planFrame(const WallViews& views, const std::vector<ViewDemand>& demands,
+                            std::span<const TileAssignment> tiles, std::uint32_t factorLights,
+                            std::int32_t limit);
+
+}  // namespace umbriel

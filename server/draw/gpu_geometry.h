@@ -1,0 +1,99 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/scene/change_list.h"
+#include "common/scene/nodes.h"
+#include "server/draw/frame_plan.h"
+#include "server/draw/mesh_layout.h"
+#include "server/gl/buffer.h"
+#include "server/gl/vertex_array.h"
+
+namespace umbriel {
+
+// Locations of the vertex attributes in shaders/stage.
+enum class VertexLocation : GLuint { Position, Normal, Tangent, Colour, TexCoords0, TexCoords1, FirstTriangle };
+
+// A buffer seen as a texture: texelFetch by index, beyond the size of a uniform block.
+class BufferTexture {
+   public:
+    BufferTexture() = default;
+    BufferTexture(const gl::Buffer& buffer, GLenum format);
+    void bind(GLuint unit) const;
+    explicit operator bool() const { return static_cast<bool>(_name); }
+
+   private:
+    gl::Name<gl::deleteTexture> _name;
+};
+
+// A geometry on the GPU. Vertices keep the scene's numbering, so that touched ranges go up as they are; triangles may be
+// reordered once, when uploaded. Face normals are a table by triangle, not derivatives of the position: those depend on
+// the window position (seams), and unsharing vertices would triple the vertex work.
+class GpuGeometry {
+   public:
+    // What its users need beyond the scene's data; grows as users come.
+    struct Needs {
+        bool keepOrder = false;     // a blended surface: the order of its triangles is visible
+        bool faceNormals = false;   // shadows, flat shading or the normal layer
+        bool tangents = false;      // a normal map
+        std::uint32_t tangentSet = 0;
+        bool primitives = false;    // the ids layer
+    };
+
+    // Error: the driver is out of memory.
+    static Result<GpuGeometry> upload(const Geometry& geometry, const Needs& needs);
+    // Follows a change; uploads and derives only what the touched ranges concern, everything after a change of size or
+    // topology.
+    Result<void> update(const Geometry& geometry, std::span<const MultiChange> changes);
+    // Derives what a new user needs.
+    Result<void> require(const Geometry& geometry, const Needs& needs);
+
+    // VertexNormals, VertexTangents, VertexColours, TexCoords0, TexCoords1: what there is.
+    FeatureSet attributes() const { return _attributes; }
+    const Box& box() const { return _box; }
+    std::span<const Cluster> clusters() const { return _clusters; }
+    std::uint32_t triangles() const { return _triangles; }
+    const gl::VertexArray& vertexArray() const { return _vertexArray; }
+    const BufferTexture& faceNormals() const { return _faceNormalTexture; }
+    const BufferTexture& primitives() const { return _primitiveTexture; }
+    // True when drawing needs the table of original triangle numbers (ids layer).
+    bool isReordered() const { return !_primitives.empty(); }
+    std::uint64_t bytes() const;
+    // Bytes sent to the GPU since creation: a test counts them.
+    std::uint64_t uploadedBytes() const { return _uploadedBytes; }
+
+   private:
+    struct Triangle {
+        glm::vec3 a, b, c;
+    };
+    Result<void> build(const Geometry& geometry);
+    Result<void> buildFaceNormals(const Geometry& geometry);
+    Result<void> buildTangents(const Geometry& geometry);
+    Result<void> buildPrimitives();
+    Result<gl::Buffer> bufferOf(const MultiStorage& storage, bool dynamic, std::vector<float>* kept = nullptr);
+    void attach(VertexLocation location, const gl::Buffer& buffer, GLint components);
+    void updateTriangles(const Geometry& geometry, const IndexRanges& vertices);
+    void updateBounds();
+    std::uint32_t indexAt(const Geometry& geometry, std::size_t corner) const;
+
+    Needs _needs;
+    FeatureSet _attributes = 0;
+    std::uint32_t _vertices = 0;
+    std::uint32_t _triangles = 0;
+    Box _box;
+    std::vector<Cluster> _clusters;
+    std::vector<std::uint32_t> _primitives;  // drawn triangle -> the scene's; empty: the same
+    // Built with the first partial change of positions: which triangles touch vertex v are
+    // _trianglesOfVertex[_firstOfVertex[v] .. _firstOfVertex[v + 1]).
+    std::vector<std::uint32_t> _firstOfVertex;
+    std::vector<std::uint32_t> _trianglesOfVertex;
+    gl::Buffer _positions, _normals, _tangents, _colours, _texCoords0, _texCoords1;
+    gl::Buffer _indices, _firstTriangles, _faceNormals, _primitiveTable;
+    BufferTexture _faceNormalTexture, _primitiveTexture;
+    gl::VertexArray _vertexArray;
+    std::uint64_t _uploadedBytes = 0;
+};
+
+}  // namespace umbriel

@@ -1,0 +1,219 @@
+#include "server/draw/gpu_scene.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "common/base/log.h"
+
+namespace umbriel {
+namespace {
+
+constexpr FeatureSet kLit = bit(Feature::MetallicRoughness) | bit(Feature::BlinnPhong);
+constexpr Feature kTextureFeatures[kMaterialTextures] = {
+    Feature::BaseColourTexture, Feature::MetallicRoughnessTexture, Feature::NormalTexture,
+    Feature::OcclusionTexture,  Feature::EmissionTexture,          Feature::SpecularTexture};
+constexpr FeatureSet kAllTextures = bit(Feature::BaseColourTexture) | bit(Feature::MetallicRoughnessTexture) |
+                                    bit(Feature::NormalTexture) | bit(Feature::OcclusionTexture) |
+                                    bit(Feature::EmissionTexture) | bit(Feature::SpecularTexture);
+
+Feature texCoordFeature(std::uint32_t set) { return set == 0 ? Feature::TexCoords0 : Feature::TexCoords1; }
+
+// Keeps the textures that the geometry has coordinates for, and adds the coordinates that the kept ones read.
+FeatureSet withTexCoords(FeatureSet features, const GpuMaterial& material, FeatureSet attributes) {
+    for (std::size_t i = 0; i < kMaterialTextures; ++i) {
+        if (!has(features, kTextureFeatures[i])) continue;
+        const Feature coordinates = texCoordFeature(material.texCoordSets[i]);
+        if (has(attributes, coordinates)) features |= bit(coordinates);
+        else features &= ~bit(kTextureFeatures[i]);
+    }
+    return features;
+}
+
+FeatureSet surfaceFeatures(const GpuMaterial& material, FeatureSet attributes, const LightList::Run& run) {
+    FeatureSet features = material.features & ~bit(Feature::DoubleSided);  // a state, not code
+    if (!has(attributes, Feature::VertexTangents)) features &= ~bit(Feature::NormalTexture);
+    features = withTexCoords(features, material, attributes) | (attributes & bit(Feature::VertexColours));
+    if ((features & kLit) == 0) return features;
+    features |= run.features | (attributes & bit(Feature::VertexNormals));
+    if (has(features, Feature::NormalTexture)) features |= bit(Feature::VertexTangents);
+    return features;
+}
+
+// Only the silhouette matters; and for light factors, the lights.
+FeatureSet maskFeatures(const GpuMaterial& material, FeatureSet attributes) {
+    if (!has(material.features, Feature::AlphaMask)) return 0;
+    FeatureSet features = material.features & (bit(Feature::AlphaMask) | bit(Feature::BaseColourTexture));
+    return withTexCoords(features, material, attributes) | (attributes & bit(Feature::VertexColours));
+}
+
+bool excluded(const SceneTree& tree, const Viewport& viewport, std::uint32_t entry) {
+    for (std::size_t i = 0; i < viewport.excludeNodes.size(); ++i) {
+        const auto [first, end] = tree.rangeOf(viewport.excludeNodes[i].id);
+        if (entry >= first && entry < end) return true;
+    }
+    return false;
+}
+
+glm::mat3 normalMatrix(const glm::dmat3& linear) {
+    // The adjugate's transpose instead of the inverse's: finite for flattening transforms too, and equal up to a scale;
+    // its sign follows the determinant, so a mirrored surface keeps its outside.
+    const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
+                              glm::cross(linear[0], linear[1]));
+    const double determinant = glm::dot(linear[0], cofactor[0]);
+    double largest = 0.0;
+    for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k) largest = std::max(largest, std::abs(cofactor[i][k]));
+    if (!(largest > 0.0)) return glm::mat3(1.0f);
+    return glm::mat3(cofactor * ((determinant < 0.0 ? -1.0 : 1.0) / largest));
+}
+
+}  // namespace
+
+GpuScene::GpuScene(std::size_t textureBudgetBytes, int maxTextureSize) : _textures(textureBudgetBytes, maxTextureSize) {}
+
+void GpuScene::changed(const ChangeList& changes, const Aspect& scene) {
+    for (const ContainerChange& change : changes.changed) {
+        const Container* container = scene.find(change.id);
+        if (!container) continue;
+        if (isA<Transform>(*container)) {
+            _movedTransforms.push_back(change.id);
+        } else if (isA<Geometry>(*container)) {
+            std::vector<MultiChange>& pending = _pending[change.id];
+            for (const MultiChange& multi : change.multis) {
+                const auto same = std::find_if(pending.begin(), pending.end(),
+                                               [&](const MultiChange& p) { return p.field == multi.field; });
+                if (same == pending.end()) pending.push_back(multi);
+                else same->touched.add(multi.touched);
+            }
+            for (std::size_t field = 0; field < container->type().fields.size(); ++field)
+                if (((change.fields >> field) & 1) && !container->type().fields[field].isMulti) _structureChanged = true;
+        } else if (isA<Image>(*container)) {
+            _textures.forget(change.id);
+            _materials.changed(change.id);
+        } else if (isA<Texture>(*container) || isA<Material>(*container)) {
+            _materials.changed(change.id);
+        } else if (isA<Node>(*container) || isA<Switch>(*container) || isA<MaterialGroup>(*container)) {
+            _structureChanged = true;
+        }
+    }
+    for (const ContainerId id : changes.destroyed) {
+        if (const auto found = _geometries.find(id); found != _geometries.end()) {
+            _uploadedByForgotten += found->second.uploadedBytes();
+            _geometries.erase(found);
+        }
+        _pending.erase(id);
+        _textures.forget(id);
+        _materials.changed(id);
+        _structureChanged = true;
+    }
+}
+
+Result<void> GpuScene::update(const Aspect& scene) {
+    for (const auto& [id, changes] : _pending) {
+        const auto found = _geometries.find(id);
+        const Geometry* geometry = scene.findAs<Geometry>(id);
+        if (found == _geometries.end() || !geometry || changes.empty()) continue;
+        if (auto updated = found->second.update(*geometry, changes); !updated) return updated;
+    }
+    _pending.clear();
+    if (_structureChanged) {
+        _trees.clear();
+    } else {
+        for (auto& [root, tree] : _trees) tree.moved(scene, _movedTransforms);
+    }
+    _structureChanged = false;
+    _movedTransforms.clear();
+    return {};
+}
+
+SceneTree& GpuScene::treeOf(const Aspect& scene, ContainerId root) {
+    const auto [found, isNew] = _trees.try_emplace(root);
+    if (isNew) {
+        found->second.rebuild(scene, root);
+        for (const std::string& warning : found->second.warnings()) log::warning(warning);
+    }
+    return found->second;
+}
+
+Result<GpuGeometry*> GpuScene::geometryOf(const Aspect& scene, ContainerId id, const GpuGeometry::Needs& needs) {
+    const Geometry* geometry = scene.findAs<Geometry>(id);
+    if (!geometry) return nullptr;
+    if (const auto found = _geometries.find(id); found != _geometries.end()) {
+        if (auto required = found->second.require(*geometry, needs); !required) return required.error();
+        return &found->second;
+    }
+    auto uploaded = GpuGeometry::upload(*geometry, needs);
+    if (!uploaded) return uploaded.error();
+    return &_geometries.emplace(id, std::move(*uploaded)).first->second;
+}
+
+Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::uint32_t layers) {
+    ViewScene result;
+    result.view = &view;
+    result.viewport = scene.findAs<Viewport>(view.viewport);
+    if (!result.viewport) return result;
+    const Viewport& viewport = *result.viewport;
+    SceneTree& tree = treeOf(scene, viewport.root.get().id);
+    result.lights = listLights(scene, tree, view, &viewport);
+    const std::vector<std::uint8_t> hidden =
+        tree.hasLevelsOfDetail() ? tree.hiddenByDetail(scene, view.eyeWorld) : std::vector<std::uint8_t>();
+    const bool wantsLayers = (layers & ~static_cast<std::uint32_t>(Layer::Colour)) != 0;
+    const bool wantsFactors = (layers & static_cast<std::uint32_t>(Layer::LightFactors)) != 0;
+
+    for (const SceneTree::Item& source : tree.items()) {
+        if (!hidden.empty() && hidden[source.entry]) continue;
+        SurfaceItem item;
+        item.node = source.node;
+        item.run = source.lightSet;
+        item.material = &_materials.find(scene, _textures, source.material);
+        const LightList::Run& run = result.lights.runs[source.lightSet];
+        const FeatureSet materialFeatures = item.material->features;
+        const bool isLit = (materialFeatures & kLit) != 0;
+        const Geometry* geometry = scene.findAs<Geometry>(source.geometry);
+        if (!geometry) continue;
+        GpuGeometry::Needs needs;
+        needs.keepOrder = has(materialFeatures, Feature::AlphaBlend);
+        needs.faceNormals = wantsLayers || (isLit && (has(run.features, Feature::Shadows) || geometry->normals.empty() ||
+                                                      geometry->normals.size() != geometry->positions.size()));
+        needs.tangents = has(materialFeatures, Feature::NormalTexture);
+        needs.tangentSet = item.material->texCoordSets[static_cast<std::size_t>(TextureUnit::Normal)];
+        needs.primitives = (layers & static_cast<std::uint32_t>(Layer::Ids)) != 0;
+        auto uploaded = geometryOf(scene, source.geometry, needs);
+        if (!uploaded) return uploaded.error();
+        item.geometry = *uploaded;
+        if (!item.geometry || item.geometry->triangles() == 0) continue;
+
+        const FeatureSet attributes = item.geometry->attributes();
+        item.features = surfaceFeatures(*item.material, attributes, run);
+        item.casterFeatures = maskFeatures(*item.material, attributes);
+        item.layerFeatures = item.casterFeatures;
+        if (wantsFactors) item.layerFeatures |= run.features & ~bit(Feature::AmbientLights);
+        const Placement& placement = tree.entries()[source.entry].world;
+        item.relativeFromObject = placement.relativeTo(view.eyeWorld);
+        item.normalFromObject = normalMatrix(placement.linear);
+        item.isMirrored = glm::determinant(placement.linear) < 0.0;
+        // Light passes through what is blended; how much, no plain shadow map can say.
+        item.castsShadow = !has(materialFeatures, Feature::AlphaBlend) && !excluded(tree, viewport, source.entry);
+        const glm::dvec3 middle(item.relativeFromObject * glm::dvec4(item.geometry->box().centre(), 1.0));
+        item.distance = glm::length(middle);
+        result.items.push_back(item);
+    }
+    const auto isBlended = [](const SurfaceItem& item) { return has(item.features, Feature::AlphaBlend); };
+    const auto middle = std::stable_partition(result.items.begin(), result.items.end(), std::not_fn(isBlended));
+    result.opaqueItems = static_cast<std::size_t>(middle - result.items.begin());
+    std::sort(result.items.begin(), middle, [](const SurfaceItem& a, const SurfaceItem& b) {
+        return std::tuple(a.features, a.material->slot, a.node) < std::tuple(b.features, b.material->slot, b.node);
+    });
+    std::sort(middle, result.items.end(), [](const SurfaceItem& a, const SurfaceItem& b) {
+        return std::tuple(-a.distance, a.node) < std::tuple(-b.distance, b.node);
+    });
+    return result;
+}
+
+std::uint64_t GpuScene::uploadedGeometryBytes() const {
+    std::uint64_t bytes = _uploadedByForgotten;
+    for (const auto& [id, geometry] : _geometries) bytes += geometry.uploadedBytes();
+    return bytes;
+}
+
+}  // namespace umbriel

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <map>
+#include <unordered_map>
+#include <vector>
+
+#include "common/scene/aspect.h"
+#include "common/scene/windows.h"
+#include "common/wall/view.h"
+#include "server/draw/gpu_geometry.h"
+#include "server/draw/gpu_materials.h"
+#include "server/draw/gpu_textures.h"
+#include "server/draw/light_list.h"
+#include "server/draw/scene_tree.h"
+
+namespace umbriel {
+
+// One thing to draw in one view.
+struct SurfaceItem {
+    ContainerId node;
+    GpuGeometry* geometry = nullptr;
+    const GpuMaterial* material = nullptr;
+    FeatureSet features = 0;        // of its surface shader
+    FeatureSet layerFeatures = 0;   // of its layer shader
+    FeatureSet casterFeatures = 0;  // of its caster shader; 0: depth only
+    glm::dmat4 relativeFromObject{1.0};
+    glm::mat3 normalFromObject{1.0f};
+    std::uint32_t run = 0;          // index in LightList::runs
+    double distance = 0.0;          // from the wall's eye to the middle of its box; orders blending
+    bool isMirrored = false;
+    bool castsShadow = true;
+};
+
+// Everything about one view that does not depend on the tile, so that all tiles draw the same in the same order.
+struct ViewScene {
+    const View* view = nullptr;
+    const Viewport* viewport = nullptr;  // null: nothing to draw
+    LightList lights;
+    std::vector<SurfaceItem> items;      // opaque and cut out first, by state; then blended, back to front
+    std::size_t opaqueItems = 0;
+};
+
+// The scene on the GPU. Follows change lists; a frame costs what changed plus a pass over the draw items.
+class GpuScene {
+   public:
+    GpuScene(std::size_t textureBudgetBytes, int maxTextureSize);
+
+    void changed(const ChangeList& changes, const Aspect& scene);
+    // Brings geometries that are on the GPU up to date.
+    Result<void> update(const Aspect& scene);
+    // What a view draws; uploads what it needs and is not there yet. layers: WallViews::layers.
+    Result<ViewScene> prepare(const Aspect& scene, const View& view, std::uint32_t layers);
+
+    GpuTextures& textures() { return _textures; }
+    GpuMaterials& materials() { return _materials; }
+    // Bytes that geometries sent to the GPU since the start: what a change costs.
+    std::uint64_t uploadedGeometryBytes() const;
+    std::size_t geometryCount() const { return _geometries.size(); }
+
+   private:
+    SceneTree& treeOf(const Aspect& scene, ContainerId root);
+    Result<GpuGeometry*> geometryOf(const Aspect& scene, ContainerId id, const GpuGeometry::Needs& needs);
+
+    GpuTextures _textures;
+    GpuMaterials _materials;
+    std::unordered_map<ContainerId, GpuGeometry> _geometries;
+    std::map<ContainerId, std::vector<MultiChange>> _pending;
+    std::uint64_t _uploadedByForgotten = 0;
+    std::map<ContainerId, SceneTree> _trees;
+    std::vector<ContainerId> _movedTransforms;
+    bool _structureChanged = true;
+};
+
+}  // namespace umbriel

@@ -1,0 +1,145 @@
+#include "server/draw/light_list.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "common/scene/lights.h"
+
+namespace umbriel {
+namespace {
+
+glm::vec3 unitOr(const glm::dvec3& v, const glm::vec3& fallback) {
+    const double length = glm::length(v);
+    return length > 0.0 && std::isfinite(length) ? glm::vec3(v / length) : fallback;
+}
+
+struct Described {
+    gpu::GpuLight light{};
+    Feature kind = Feature::DirectionalLights;
+    bool castsShadow = false;
+};
+
+// Nothing for a light that is off or no light.
+std::optional<Described> describeLight(const Aspect& scene, const SceneTree& tree, const SceneTree::Light& source,
+                                       const glm::dvec3& eyeWorld) {
+    Described result;
+    ContainerId beacon;
+    const Container* core = scene.find(source.light);
+    if (!core) return std::nullopt;
+    const auto common = [&](const auto& light) {
+        beacon = light.beacon.get().id;
+        result.castsShadow = light.castsShadow;
+        return light.on.get();
+    };
+    bool on = false;
+    if (isA<DirectionalLight>(*core)) {
+        const auto& light = static_cast<const DirectionalLight&>(*core);
+        on = common(light);
+        result.light.kind = gpu::kLightDirectional;
+        result.light.irradianceOrIntensity = light.irradiance;
+    } else if (isA<PointLight>(*core)) {
+        const auto& light = static_cast<const PointLight&>(*core);
+        on = common(light);
+        result.kind = Feature::PointLights;
+        result.light.kind = gpu::kLightPoint;
+        result.light.irradianceOrIntensity = light.intensity;
+        result.light.range = light.range;
+        result.light.radius = light.radius;
+    } else if (isA<SpotLight>(*core)) {
+        const auto& light = static_cast<const SpotLight&>(*core);
+        on = common(light);
+        result.kind = Feature::SpotLights;
+        result.light.kind = gpu::kLightSpot;
+        result.light.irradianceOrIntensity = light.intensity;
+        result.light.range = light.range;
+        result.light.radius = light.radius;
+        const double outer = std::cos(static_cast<double>(light.outerAngle.get()));
+        const double inner = std::cos(static_cast<double>(light.innerAngle.get()));
+        result.light.spotCosOuter = static_cast<float>(outer);
+        result.light.spotScale = static_cast<float>(1.0 / std::max(0.001, inner - outer));  // formula/light.glsl
+    }
+    if (!on) return std::nullopt;
+    const Placement own = tree.entries()[source.entry].world;
+    const Placement placed = beacon ? tree.placementOf(scene, beacon).value_or(own) : own;
+    result.light.position = glm::vec3(placed.translation - eyeWorld);
+    result.light.direction = unitOr(-placed.linear[2], glm::vec3(0.0f, 0.0f, -1.0f));
+    result.light.shadowIndex = -1;
+    return result;
+}
+
+glm::vec3 rowDirection(const glm::dmat4& matrix, int row) {
+    return unitOr({matrix[0][row], matrix[1][row], matrix[2][row]}, row == 0 ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0));
+}
+
+}  // namespace
+
+LightList listLights(const Aspect& scene, const SceneTree& tree, const View& view, const Viewport* viewport) {
+    LightList list;
+    const auto chosen = [&](ContainerId node) {
+        if (!viewport || viewport->lightNodes.empty()) return true;
+        for (std::size_t i = 0; i < viewport->lightNodes.size(); ++i)
+            if (viewport->lightNodes[i].id == node) return true;
+        return false;
+    };
+    const bool shadowsOn = viewport && viewport->shadowOn.get() && viewport->shadowMode.get() == ShadowMode::Standard;
+    std::vector<std::int32_t> listed(tree.lights().size(), -1);
+    std::vector<glm::vec3> ambient(tree.lights().size(), glm::vec3(0.0f));
+    std::vector<FeatureSet> features(tree.lights().size(), 0);
+    for (std::size_t i = 0; i < tree.lights().size(); ++i) {
+        const SceneTree::Light& source = tree.lights()[i];
+        if (!chosen(source.node)) continue;
+        if (const AmbientLight* light = scene.findAs<AmbientLight>(source.light)) {
+            if (light->on.get()) {
+                ambient[i] = light->radiance;
+                features[i] = bit(Feature::AmbientLights);
+            }
+            continue;
+        }
+        auto described = describeLight(scene, tree, source, view.eyeWorld);
+        if (!described) continue;
+        features[i] = bit(described->kind);
+        described->light.index = static_cast<std::uint32_t>(list.lights.size());
+        const auto fit = std::find_if(view.fits.begin(), view.fits.end(), [&](const ShadowFit& candidate) {
+            return candidate.mode == ShadowMode::Standard && candidate.mapSize > 0 &&
+                   (candidate.light == source.light || candidate.light == source.node);
+        });
+        if (shadowsOn && described->castsShadow && fit != view.fits.end()) {
+            gpu::GpuStandardShadow shadow{};
+            const glm::dmat4 clipFromRelative = fit->clipFromWorld * glm::translate(glm::dmat4(1.0), view.eyeWorld);
+            shadow.clipFromRelative = glm::mat4(clipFromRelative);
+            shadow.axisX = rowDirection(clipFromRelative, 0);
+            shadow.axisY = rowDirection(clipFromRelative, 1);
+            shadow.texelSize = static_cast<float>(fit->texelSize);
+            shadow.mapSize = static_cast<float>(fit->mapSize);
+            shadow.constantBias = fit->constantBias;
+            shadow.normalOffset = fit->normalOffset;
+            shadow.isPerspective = fit->perspective ? 1.0f : 0.0f;
+            shadow.layer = static_cast<float>(list.shadows.size());
+            described->light.shadowIndex = static_cast<std::int32_t>(list.shadows.size());
+            list.shadows.push_back(shadow);
+            list.fits.push_back(&*fit);
+            list.shadowLights.push_back(described->light.index);
+            features[i] |= bit(Feature::Shadows);
+        }
+        listed[i] = static_cast<std::int32_t>(described->light.index);
+        list.lights.push_back(described->light);
+        list.nodes.push_back(source.node);
+        const std::string& name = scene.find(source.light)->name.get();
+        list.names.push_back(name.empty() ? std::to_string(source.light.value) : name);
+    }
+    for (const std::vector<std::uint32_t>& set : tree.lightSets()) {
+        LightList::Run run;
+        run.first = static_cast<std::uint32_t>(list.indices.size());
+        for (const std::uint32_t light : set) {
+            run.ambient += ambient[light];
+            run.features |= features[light];
+            if (listed[light] >= 0) list.indices.push_back(static_cast<std::uint32_t>(listed[light]));
+        }
+        run.count = static_cast<std::uint32_t>(list.indices.size()) - run.first;
+        list.runs.push_back(run);
+    }
+    return list;
+}
+
+}  // namespace umbriel

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/scene/windows.h"
+#include "common/wall/view.h"
+#include "server/draw/frame_plan.h"
+#include "server/draw/scene_tree.h"
+#include "shaders/structs_cpp.h"
+
+namespace umbriel {
+
+// The lights of one view as the shaders read them, and which of them reach which draw items.
+struct LightList {
+    // The lights that reach the items of one SceneTree light set: a run of indices, and the ambient light summed up.
+    struct Run {
+        std::uint32_t first = 0;
+        std::uint32_t count = 0;
+        glm::vec3 ambient{0.0f};
+        FeatureSet features = 0;  // the light kinds among them, Shadows
+    };
+    std::vector<gpu::GpuLight> lights;
+    std::vector<ContainerId> nodes;  // of each light
+    std::vector<std::string> names;  // of each light: its name, else its id
+    std::vector<std::uint32_t> indices;
+    std::vector<Run> runs;           // by SceneTree::Item::lightSet
+    std::vector<gpu::GpuStandardShadow> shadows;
+    std::vector<const ShadowFit*> fits;       // of each shadow; borrowed from the view
+    std::vector<std::uint32_t> shadowLights;  // the light of each shadow
+};
+
+// Lights that are off, invisible or not among the viewport's lightNodes are left out. A light casts shadows when it may,
+// the viewport's shadows are on in the standard mode, and the view brings a fit for it.
+LightList listLights(const Aspect& scene, const SceneTree& tree, const View& view, const Viewport* viewport);
+
+}  // namespace umbriel

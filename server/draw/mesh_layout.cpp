@@ -1,0 +1,115 @@
+#include "server/draw/mesh_layout.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace umbriel {
+
+void sanitise(std::span<float> values) {
+    for (float& value : values)
+        if (!std::isfinite(value)) value = 0.0f;
+}
+
+TriangleOrder orderTriangles(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions, bool sorted) {
+    const std::size_t triangles = indices.size() / 3;
+    TriangleOrder order;
+    order.indices.assign(indices.begin(), indices.begin() + static_cast<std::ptrdiff_t>(triangles * 3));
+    for (std::size_t i = 0; i < triangles; ++i) {
+        const auto corner = order.indices.begin() + static_cast<std::ptrdiff_t>(i * 3);
+        const bool valid = std::all_of(corner, corner + 3, [&](std::uint32_t index) { return index < positions.size(); });
+        if (!valid) std::fill(corner, corner + 3, 0u);
+    }
+    if (!sorted || triangles < kSortFromTriangles || positions.empty()) return order;
+
+    std::vector<glm::vec3> centres(triangles);
+    for (std::size_t i = 0; i < triangles; ++i)
+        centres[i] = (positions[order.indices[3 * i]] + positions[order.indices[3 * i + 1]] +
+                      positions[order.indices[3 * i + 2]]) / 3.0f;
+    std::vector<unsigned int> places(triangles);
+    meshopt_spatialSortRemap(places.data(), &centres[0].x, triangles, sizeof(glm::vec3));
+    TriangleOrder moved;
+    moved.indices.resize(triangles * 3);
+    moved.primitives.resize(triangles);
+    for (std::size_t i = 0; i < triangles; ++i) {
+        moved.primitives[places[i]] = static_cast<std::uint32_t>(i);
+        for (std::size_t k = 0; k < 3; ++k) moved.indices[3 * places[i] + k] = order.indices[3 * i + k];
+    }
+    return moved;
+}
+
+std::vector<Cluster> clustersOf(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions) {
+    std::vector<Cluster> clusters;
+    const std::size_t triangles = indices.size() / 3;
+    if (positions.empty()) return clusters;
+    clusters.reserve((triangles + kClusterTriangles - 1) / kClusterTriangles);
+    for (std::size_t first = 0; first < triangles; first += kClusterTriangles) {
+        Cluster cluster;
+        cluster.firstTriangle = static_cast<std::uint32_t>(first);
+        cluster.triangles = static_cast<std::uint32_t>(std::min(kClusterTriangles, triangles - first));
+        for (std::size_t i = first * 3; i < (first + cluster.triangles) * 3; ++i) cluster.box.add(positions[indices[i]]);
+        clusters.push_back(cluster);
+    }
+    return clusters;
+}
+
+glm::vec3 faceNormal(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+    const glm::dvec3 normal = glm::cross(glm::dvec3(b) - glm::dvec3(a), glm::dvec3(c) - glm::dvec3(a));
+    const double length = glm::length(normal);
+    if (!(length > 0.0)) return {0.0f, 0.0f, 1.0f};
+    return glm::vec3(normal / length);
+}
+
+std::vector<glm::vec4> deriveTangents(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions,
+                                      std::span<const glm::vec3> normals, std::span<const glm::vec2> texCoords) {
+    std::vector<glm::dvec3> tangents(positions.size(), glm::dvec3(0.0));
+    std::vector<glm::dvec3> bitangents(positions.size(), glm::dvec3(0.0));
+    std::vector<glm::dvec3> vertexNormals(positions.size(), glm::dvec3(0.0));
+    for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+        const std::uint32_t corner[3] = {indices[i], indices[i + 1], indices[i + 2]};
+        const glm::dvec3 ab(positions[corner[1]] - positions[corner[0]]);
+        const glm::dvec3 ac(positions[corner[2]] - positions[corner[0]]);
+        const glm::dvec2 uvAb(texCoords[corner[1]] - texCoords[corner[0]]);
+        const glm::dvec2 uvAc(texCoords[corner[2]] - texCoords[corner[0]]);
+        const double area = uvAb.x * uvAc.y - uvAb.y * uvAc.x;
+        const glm::dvec3 normal(faceNormal(positions[corner[0]], positions[corner[1]], positions[corner[2]]));
+        const double sign = area < 0.0 ? -1.0 : 1.0;
+        const glm::dvec3 tangent = (ab * uvAc.y - ac * uvAb.y) * sign;
+        const glm::dvec3 bitangent = (ac * uvAb.x - ab * uvAc.x) * sign;
+        const double tangentLength = glm::length(tangent);
+        const double bitangentLength = glm::length(bitangent);
+        for (int k = 0; k < 3; ++k) {
+            const glm::dvec3 p(positions[corner[k]]);
+            const glm::dvec3 toNext = glm::dvec3(positions[corner[(k + 1) % 3]]) - p;
+            const glm::dvec3 toPrevious = glm::dvec3(positions[corner[(k + 2) % 3]]) - p;
+            const double lengths = glm::length(toNext) * glm::length(toPrevious);
+            if (!(lengths > 0.0)) continue;
+            const double angle = std::acos(std::clamp(glm::dot(toNext, toPrevious) / lengths, -1.0, 1.0));
+            vertexNormals[corner[k]] += normal * angle;
+            if (area == 0.0 || !(tangentLength > 0.0) || !(bitangentLength > 0.0)) continue;
+            tangents[corner[k]] += tangent / tangentLength * angle;
+            bitangents[corner[k]] += bitangent / bitangentLength * angle;
+        }
+    }
+    std::vector<glm::vec4> result(positions.size());
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        glm::dvec3 normal = i < normals.size() ? glm::dvec3(normals[i]) : vertexNormals[i];
+        const double normalLength = glm::length(normal);
+        normal = normalLength > 0.0 ? normal / normalLength : glm::dvec3(0.0, 0.0, 1.0);
+        glm::dvec3 tangent = tangents[i] - normal * glm::dot(normal, tangents[i]);
+        double length = glm::length(tangent);
+        if (!(length > 1e-12)) {
+            // No texture direction here: any tangent will do, as long as it is always the same one.
+            const glm::dvec3 axis = std::abs(normal.x) < 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+            tangent = axis - normal * glm::dot(normal, axis);
+            length = glm::length(tangent);
+        }
+        tangent /= length;
+        const double handedness = glm::dot(glm::cross(normal, tangent), bitangents[i]);
+        result[i] = glm::vec4(glm::vec3(tangent), handedness < 0.0 ? -1.0f : 1.0f);
+    }
+    return result;
+}
+
+}  // namespace umbriel

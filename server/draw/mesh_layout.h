@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/math/glm.h"
+#include "common/scene/nodes.h"
+#include "server/draw/culling.h"
+
+namespace umbriel {
+
+// What is derived from a geometry before it goes to the GPU. Pure: no GL.
+
+inline constexpr std::size_t kClusterTriangles = 16;
+// Below this, sorting gains nothing.
+inline constexpr std::size_t kSortFromTriangles = 512;
+
+// Consecutive triangles that are culled together.
+struct Cluster {
+    Box box;  // object space
+    std::uint32_t firstTriangle = 0;
+    std::uint32_t triangles = 0;
+};
+
+// Triangles in the order they are drawn.
+struct TriangleOrder {
+    std::vector<std::uint32_t> indices;     // three a triangle
+    std::vector<std::uint32_t> primitives;  // the number of each triangle in the scene's geometry; empty: unchanged
+};
+
+// Removes what no GPU should see: a component that is not finite becomes 0.
+void sanitise(std::span<float> values);
+
+// A triangle whose indices lie outside of vertexCount becomes a point, so that numbering stays. Sorted: along a space-
+// filling curve through the centres, so that consecutive triangles are neighbours; deterministic.
+TriangleOrder orderTriangles(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions, bool sorted);
+
+std::vector<Cluster> clustersOf(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions);
+
+// Unit normal of a triangle, counter-clockwise seen from its tip; (0, 0, 1) for a degenerate one. Computed in double:
+// products of floats far apart overflow.
+glm::vec3 faceNormal(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c);
+
+// Tangents as MikkTSpace defines them (Mikkelsen 2008), in a simpler form: per triangle the direction in which u grows,
+// weighted by the angle at the vertex, accumulated per vertex and made perpendicular to the normal; w is the sign of the
+// bitangent. Vertices are not split, so tangents at mirrored texture seams average where MikkTSpace would separate them.
+// normals empty: face normals are accumulated instead.
+std::vector<glm::vec4> deriveTangents(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions,
+                                      std::span<const glm::vec3> normals, std::span<const glm::vec2> texCoords);
+
+}  // namespace umbriel

@@ -1,0 +1,175 @@
+#include "server/draw/renderer.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <chrono>
+#include <deque>
+
+#include "server/draw/tile_painter.h"
+#include "server/gl/context.h"
+
+namespace umbriel {
+namespace {
+
+BackgroundKind backgroundOf(const Aspect& scene, const Viewport& viewport) {
+    const Container* background = scene.find(viewport.background.get().id);
+    if (!background) return BackgroundKind::None;
+    if (isA<ColourBackground>(*background)) return BackgroundKind::Colour;
+    if (isA<GradientBackground>(*background)) return BackgroundKind::Gradient;
+    if (isA<ImageBackground>(*background)) return BackgroundKind::Image;
+    return BackgroundKind::None;
+}
+
+ViewDemand demandOf(const Aspect& scene, const ViewScene& view) {
+    ViewDemand demand;
+    demand.eye = view.view->eye;
+    demand.region = view.view->region;
+    if (!view.viewport) return demand;
+    demand.name = view.viewport->name.get();
+    demand.background = backgroundOf(scene, *view.viewport);
+    demand.foregrounds = static_cast<std::uint32_t>(view.viewport->foregrounds.size());
+    for (const SurfaceItem& item : view.items) ++demand.surfaces[item.features];
+    demand.lights = static_cast<std::uint32_t>(view.lights.lights.size());
+    for (std::size_t i = 0; i < view.lights.fits.size(); ++i) {
+        ViewDemand::Shadow shadow;
+        shadow.light = view.lights.names[view.lights.shadowLights[i]];
+        shadow.mapSize = view.lights.fits[i]->mapSize;
+        for (const SurfaceItem& item : view.items) {
+            if (!item.castsShadow) continue;
+            ++shadow.casters;
+            if (item.casterFeatures != 0) ++shadow.maskedCasters;
+        }
+        demand.shadows.push_back(shadow);
+    }
+    return demand;
+}
+
+class SceneRenderer final : public Renderer {
+   public:
+    SceneRenderer(gl::HeadlessContext& context, const Options& options)
+        : _limits(context.info().limits),
+          _scene(options.textureBudgetBytes, _limits.maxTextureSize),
+          _painter(_scene, _shaders, _targets, {_limits.maxViewportWidth, _limits.maxViewportHeight}) {}
+
+    void sceneChanged(const ChangeList& changes, const Aspect& scene) override { _scene.changed(changes, scene); }
+
+    Result<DrawStatistics> draw(const Aspect& scene, const WallViews& views, std::span<const TileAssignment> tiles,
+                                double time) override {
+        static_cast<void>(time);  // nothing drawn here moves by itself
+        const auto start = std::chrono::steady_clock::now();
+        if (auto checked = check(views, tiles); !checked) return checked.error();
+        if (auto updated = _scene.update(scene); !updated) return updated.error();
+        _lightNodes.clear();
+        _lightNames.clear();
+        std::vector<ViewPainting> paintings;
+        std::vector<ViewDemand> demands;
+        for (std::size_t i = 0; i < views.views.size(); ++i) {
+            auto prepared = _scene.prepare(scene, views.views[i], views.layers);
+            if (!prepared) return prepared.error();
+            ViewPainting painting;
+            painting.scene = std::move(*prepared);
+            dropUnseenShadows(painting.scene, views.layers);
+            numberLights(painting.scene.lights);
+            if (auto set = _painter.setLights(i, painting.scene.lights); !set) return set.error();
+            demands.push_back(demandOf(scene, painting.scene));
+            paintings.push_back(std::move(painting));
+        }
+        const auto factorLights = static_cast<std::uint32_t>(_lightNodes.size());
+        auto plan = planFrame(views, demands, tiles, factorLights,
+                              std::min({_limits.maxTextureSize, _limits.maxViewportWidth, _limits.maxViewportHeight}));
+        if (!plan) return plan.error();
+        if (auto uploaded = _scene.materials().upload(); !uploaded) return uploaded.error();
+        if (auto reserved = reserveShadowMaps(demands, paintings); !reserved) return reserved.error();
+        if (auto reserved = _targets.reserve(views, tiles, factorLights); !reserved) return reserved.error();
+
+        _painter.beginFrame();
+        for (std::size_t i = 0; i < tiles.size(); ++i)
+            if (auto painted = _painter.paint(scene, views, *plan, paintings, tiles[i], i); !painted) return painted.error();
+        glFinish();
+        if (auto checked = gl::checkError("drawing a frame"); !checked) return checked.error();
+        _plan = std::move(*plan);
+        DrawStatistics statistics;
+        statistics.triangles = _painter.counts().triangles;
+        statistics.shadowTriangles = _painter.counts().shadowTriangles;
+        statistics.drawMilliseconds =
+            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        return statistics;
+    }
+
+    Result<std::vector<TilePixels>> readTiles() override { return _targets.read(_lightNames); }
+
+    std::string explain() const override { return _plan.explain(); }
+
+   private:
+    static Result<void> check(const WallViews& views, std::span<const TileAssignment> tiles) {
+        if (views.samples != 1 && views.samples != 4)
+            return badInput("--samples is 1 or 4, not " + std::to_string(views.samples));
+        for (const TileAssignment& tile : tiles) {
+            const PixelRect& pixels = tile.pixels;
+            if (pixels.empty() || pixels.x < 0 || pixels.y < 0 || pixels.x + pixels.width > views.wall.width ||
+                pixels.y + pixels.height > views.wall.height)
+                return badInput("tile " + std::to_string(tile.tile) + " is empty or lies outside of the wall");
+        }
+        return {};
+    }
+
+    // A map that no surface asks for is not drawn.
+    static void dropUnseenShadows(ViewScene& view, std::uint32_t layers) {
+        const bool wantsFactors = (layers & static_cast<std::uint32_t>(Layer::LightFactors)) != 0;
+        const bool used = std::any_of(view.items.begin(), view.items.end(), [&](const SurfaceItem& item) {
+            return has(item.features, Feature::Shadows) || (wantsFactors && has(item.layerFeatures, Feature::Shadows));
+        });
+        if (used) return;
+        view.lights.fits.clear();
+        view.lights.shadows.clear();
+        view.lights.shadowLights.clear();
+        for (gpu::GpuLight& light : view.lights.lights) light.shadowIndex = -1;
+    }
+
+    // Lights are numbered over all views: the layers of light factors belong to the wall.
+    void numberLights(LightList& lights) {
+        for (std::size_t i = 0; i < lights.lights.size(); ++i) {
+            auto known = std::find(_lightNodes.begin(), _lightNodes.end(), lights.nodes[i]);
+            lights.lights[i].index = static_cast<std::uint32_t>(known - _lightNodes.begin());
+            if (known != _lightNodes.end()) continue;
+            _lightNodes.push_back(lights.nodes[i]);
+            _lightNames.push_back(lights.names[i]);
+        }
+    }
+
+    Result<void> reserveShadowMaps(const std::vector<ViewDemand>& demands, std::vector<ViewPainting>& paintings) {
+        _shadowMaps.resize(demands.size());
+        for (std::size_t i = 0; i < demands.size(); ++i) {
+            std::uint32_t mapSize = 0;
+            for (const ViewDemand::Shadow& shadow : demands[i].shadows) mapSize = std::max(mapSize, shadow.mapSize);
+            if (mapSize == 0) {
+                _shadowMaps[i] = {};
+                continue;
+            }
+            auto reserved = _shadowMaps[i].reserve(mapSize, static_cast<std::uint32_t>(demands[i].shadows.size()));
+            if (!reserved) return reserved;
+            paintings[i].shadowMaps = &_shadowMaps[i];
+        }
+        return {};
+    }
+
+    gl::ContextLimits _limits;
+    GpuScene _scene;
+    ShaderLibrary _shaders;
+    TileTargets _targets;
+    TilePainter _painter;
+    std::deque<StandardShadowMaps> _shadowMaps;  // by view
+    std::vector<ContainerId> _lightNodes;
+    std::vector<std::string> _lightNames;
+    FramePlan _plan;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Renderer>> Renderer::create(gl::HeadlessContext& context, const Options& options) {
+    if (!context.isCurrent()) return failure("the renderer's OpenGL context is not current on this thread");
+    return std::unique_ptr<Renderer>(std::make_unique<SceneRenderer>(context, options));
+}
+
+}  // namespace umbriel

@@ -1,0 +1,77 @@
+#include "server/draw/shader_library.h"
+
+#include "common/wall/view.h"
+
+namespace umbriel {
+namespace {
+
+std::vector<gl::ShaderDefine> definesOf(FeatureSet features) {
+    std::vector<gl::ShaderDefine> defines;
+    for (std::uint32_t i = 0; i < kFeatureCount; ++i)
+        if ((features >> i) & 1u) defines.push_back({defineOf(static_cast<Feature>(1u << i))});
+    return defines;
+}
+
+}  // namespace
+
+Result<const gl::Program*> ShaderLibrary::find(const Stages& stages, const std::vector<gl::ShaderDefine>& defines) {
+    std::string key = stages.vertex + "|" + stages.fragment;
+    for (const gl::ShaderDefine& define : defines) key += "|" + define.name + "=" + define.value;
+    const auto [found, isNew] = _programs.try_emplace(key);
+    if (!isNew) return &found->second;
+    std::vector<gl::ShaderStage> composed;
+    const auto add = [&](GLenum stage, const std::string& file) -> Result<void> {
+        auto source = gl::composeShader(file, defines);
+        if (!source) return source.error();
+        composed.push_back({stage, file, std::move(*source)});
+        return {};
+    };
+    auto added = add(GL_VERTEX_SHADER, stages.vertex);
+    if (added && !stages.fragment.empty()) added = add(GL_FRAGMENT_SHADER, stages.fragment);
+    Result<gl::Program> program = added ? gl::Program::link(composed) : Result<gl::Program>(added.error());
+    if (!program) {
+        _programs.erase(found);
+        return program.error();
+    }
+    found->second = std::move(*program);
+    return &found->second;
+}
+
+Result<const gl::Program*> ShaderLibrary::surface(FeatureSet features) {
+    return find({"stage/surface.vert.glsl", "stage/surface.frag.glsl"}, definesOf(features));
+}
+
+Result<const gl::Program*> ShaderLibrary::layers(FeatureSet features, std::uint32_t layers, std::uint32_t factorImages) {
+    std::vector<gl::ShaderDefine> defines = definesOf(features);
+    if (factorImages > 0) {
+        defines.push_back({"LAYER_FACTORS", std::to_string(factorImages)});
+    } else {
+        std::uint32_t location = 0;
+        const std::pair<Layer, const char*> names[] = {{Layer::Depth, "LAYER_DEPTH"},
+                                                       {Layer::Position, "LAYER_POSITION"},
+                                                       {Layer::Normal, "LAYER_NORMAL"},
+                                                       {Layer::Ids, "LAYER_IDS"}};
+        for (const auto& [layer, name] : names)
+            if (layers & static_cast<std::uint32_t>(layer)) defines.push_back({name, std::to_string(location++)});
+    }
+    return find({"stage/surface.vert.glsl", "stage/layers.frag.glsl"}, defines);
+}
+
+Result<const gl::Program*> ShaderLibrary::caster(FeatureSet features) {
+    const bool hasHoles = has(features, Feature::AlphaMask);
+    return find({"stage/caster.vert.glsl", hasHoles ? "stage/caster.frag.glsl" : ""}, definesOf(features));
+}
+
+Result<const gl::Program*> ShaderLibrary::background(bool isImage) {
+    std::vector<gl::ShaderDefine> defines;
+    if (isImage) defines.push_back({"BACKGROUND_IMAGE"});
+    return find({"stage/screen.vert.glsl", "stage/background.frag.glsl"}, defines);
+}
+
+Result<const gl::Program*> ShaderLibrary::foreground(bool isText) {
+    std::vector<gl::ShaderDefine> defines;
+    if (isText) defines.push_back({"FOREGROUND_TEXT"});
+    return find({"stage/screen.vert.glsl", "stage/foreground.frag.glsl"}, defines);
+}
+
+}  // namespace umbriel

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "server/draw/frame_plan.h"
+#include "server/gl/program.h"
+#include "server/gl/shader_source.h"
+
+namespace umbriel {
+
+// Compiled shader variants, each made when it is first needed and kept.
+class ShaderLibrary {
+   public:
+    // Errors carry the driver's message; they are bugs of ours or of the driver.
+    Result<const gl::Program*> surface(FeatureSet features);
+    // layers: bits of Layer without Colour; factorImages: RGBA images of light factors, in a pass of their own.
+    Result<const gl::Program*> layers(FeatureSet features, std::uint32_t layers, std::uint32_t factorImages);
+    Result<const gl::Program*> caster(FeatureSet features);
+    Result<const gl::Program*> background(bool isImage);
+    Result<const gl::Program*> foreground(bool isText);
+
+    std::size_t variantCount() const { return _programs.size(); }
+
+   private:
+    struct Stages {
+        std::string vertex;
+        std::string fragment;  // empty: depth only
+    };
+    Result<const gl::Program*> find(const Stages& stages, const std::vector<gl::ShaderDefine>& defines);
+
+    std::map<std::string, gl::Program> _programs;  // by stage and defines
+};
+
+}  // namespace umbriel

@@ -1,0 +1,414 @@
+#include "server/draw/tile_painter.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace umbriel {
+namespace {
+
+constexpr GLuint kFrameBinding = 0;
+// What is drawn exceeds what is shown by this: coordinates are rounded to 1/256 pixel, matrices to float.
+constexpr double kMarginPixels = 1.0;
+
+// As the block in shaders/snippet/frame.glsl.
+struct FrameBlock {
+    glm::mat4 clipFromRelative;
+    glm::vec4 forward;
+    glm::vec4 shadowColour;
+    glm::vec4 region;
+    glm::vec4 wallOrigin;
+};
+
+void setLightRun(const gl::Program& program, const LightList::Run& run) {
+    glProgramUniform2ui(program.id(), 2, run.first, run.count);
+}
+
+void setSides(const SurfaceItem& item) {
+    if (has(item.material->features, Feature::DoubleSided)) glDisable(GL_CULL_FACE);
+    else glEnable(GL_CULL_FACE);
+    glFrontFace(item.isMirrored ? GL_CW : GL_CCW);
+}
+
+// Relative to the viewport up to 1, pixels above.
+float placed(float value, std::int32_t origin, std::int32_t size) {
+    return static_cast<float>(origin) + (value <= 1.0f ? value * static_cast<float>(size) : value);
+}
+
+}  // namespace
+
+Result<void> StreamBuffer::set(std::span<const std::byte> content) {
+    if (_buffer && content.size() == _content.size() && std::equal(content.begin(), content.end(), _content.begin()))
+        return {};
+    if (!_buffer || content.size() > _buffer.size()) {
+        auto buffer = gl::Buffer::create(std::max<std::size_t>(content.size() * 3 / 2, 256));
+        if (!buffer) return buffer.error();
+        _buffer = std::move(*buffer);
+    }
+    _content.assign(content.begin(), content.end());
+    _buffer.write(0, content);
+    return {};
+}
+
+void TilePainter::beginFrame() {
+    if (!_noVertices) _noVertices = gl::VertexArray::create();
+    _counts = {};
+    // Depth from 1 at the near plane to 0 at infinity, in floating point: precise at every distance.
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    glCullFace(GL_BACK);
+    glDisable(GL_BLEND);
+    glDisable(GL_DEPTH_CLAMP);
+    glDisable(GL_POLYGON_OFFSET_FILL);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glDepthMask(GL_TRUE);
+}
+
+Result<void> TilePainter::setLights(std::size_t view, const LightList& lights) {
+    LightBuffers& buffers = _lightBuffers[view];
+    if (auto set = buffers.lights.set(std::as_bytes(std::span(lights.lights))); !set) return set;
+    if (auto set = buffers.indices.set(std::as_bytes(std::span(lights.indices))); !set) return set;
+    return buffers.shadows.set(std::as_bytes(std::span(lights.shadows)));
+}
+
+void TilePainter::bindView(const ViewPainting& painting) {
+    const View& view = *painting.scene.view;
+    const glm::ivec2 origin = _targets.wallOrigin();
+    FrameBlock block{};
+    glm::dmat4 clipFromRelative = clipFromRelativeOf(view);
+    glm::ivec4 viewport(view.region.x - origin.x, view.region.y - origin.y, view.region.width, view.region.height);
+    if (view.region.width > _viewportLimit.x || view.region.height > _viewportLimit.y || viewport.x < -32768 ||
+        viewport.y < -32768) {
+        // Beyond what a viewport can be: the part of it that this block shows, as a crop of clip space in double;
+        // of the whole block, so that it does not depend on the tile.
+        const PixelRect& area = painting.block;
+        const glm::dvec2 scale(double(view.region.width) / area.width, double(view.region.height) / area.height);
+        const glm::dvec2 middle((2.0 * (area.x - view.region.x) + area.width) / view.region.width - 1.0,
+                                (2.0 * (area.y - view.region.y) + area.height) / view.region.height - 1.0);
+        glm::dmat4 crop(1.0);
+        crop[0][0] = scale.x;
+        crop[1][1] = scale.y;
+        crop[3][0] = -scale.x * middle.x;
+        crop[3][1] = -scale.y * middle.y;
+        clipFromRelative = crop * clipFromRelative;
+        viewport = {area.x - origin.x, area.y - origin.y, area.width, area.height};
+    }
+    block.clipFromRelative = glm::mat4(clipFromRelative);
+    const glm::dvec3 forward = -glm::dvec3(view.viewFromWorld[0][2], view.viewFromWorld[1][2], view.viewFromWorld[2][2]);
+    block.forward = glm::vec4(glm::vec3(forward), view.orthographic ? 1.0f : 0.0f);
+    block.shadowColour = glm::vec4(painting.scene.viewport ? painting.scene.viewport->shadowColor.get() : glm::vec3(0), 0);
+    block.region = glm::vec4(view.region.x, view.region.y, view.region.width, view.region.height);
+    block.wallOrigin = glm::vec4(origin.x, origin.y, 0.0f, 0.0f);
+    if (!_frame.set(std::as_bytes(std::span(&block, 1)))) return;
+    _frame.buffer().bindRange(GL_UNIFORM_BUFFER, kFrameBinding, 0, sizeof(FrameBlock));
+    glViewportIndexedf(0, static_cast<float>(viewport.x), static_cast<float>(viewport.y), static_cast<float>(viewport.z),
+                       static_cast<float>(viewport.w));
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(painting.area.x - origin.x, painting.area.y - origin.y, painting.area.width, painting.area.height);
+}
+
+Result<void> TilePainter::drawEntries(const ViewPainting& painting, const DrawList& list, std::size_t first,
+                                      std::size_t end, const std::function<Result<void>(const SurfaceItem&)>& prepare) {
+    if (first == end) return {};
+    if (auto set = _commands.set(std::as_bytes(std::span(list.commands))); !set) return set;
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, _commands.buffer().id());
+    for (std::size_t i = first; i < end; ++i) {
+        const DrawList::Entry& entry = list.entries[i];
+        const SurfaceItem& item = painting.scene.items[entry.item];
+        if (auto prepared = prepare(item); !prepared) return prepared;
+        item.geometry->vertexArray().bind();
+        glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_INT,
+                                    reinterpret_cast<const void*>(entry.first * sizeof(DrawList::Command)),
+                                    static_cast<GLsizei>(entry.count), 0);
+        for (std::uint32_t c = entry.first; c < entry.first + entry.count; ++c)
+            _counts.triangles += list.commands[c].count / 3;
+    }
+    return {};
+}
+
+Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& painting, std::uint32_t shadow) {
+    const ShadowFit& fit = *painting.scene.lights.fits[shadow];
+    const CasterMask& mask = painting.masks[shadow];
+    if (mask.empty()) return {};
+    const DrawList casters = listCasters(painting.scene, mask);
+    painting.shadowMaps->begin(shadow, fit, mask.texels());
+    const glm::dmat4 clipFromRelative =
+        fit.clipFromWorld * glm::translate(glm::dmat4(1.0), painting.scene.view->eyeWorld);
+    const std::uint64_t before = _counts.triangles;
+    const gl::Program* current = nullptr;
+    const GpuMaterial* material = nullptr;
+    auto drawn = drawEntries(painting, casters, 0, casters.entries.size(), [&](const SurfaceItem& item) -> Result<void> {
+        auto program = _shaders.caster(item.casterFeatures);
+        if (!program) return program.error();
+        if (*program != current) (*program)->use();
+        current = *program;
+        current->set(0, glm::mat4(clipFromRelative * item.relativeFromObject));
+        if (item.casterFeatures == 0 || material == item.material) return {};
+        material = item.material;
+        return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());
+    });
+    painting.shadowMaps->end();
+    _counts.shadowTriangles += _counts.triangles - before;
+    return drawn;
+}
+
+Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painting, bool blended) {
+    const DrawList& list = painting.visible;
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_GREATER);
+    glDepthMask(blended ? GL_FALSE : GL_TRUE);
+    if (blended) {
+        glEnable(GL_BLEND);
+        glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    }
+    const gl::Program* current = nullptr;
+    const GpuMaterial* material = nullptr;
+    auto drawn = drawEntries(painting, list, blended ? list.opaqueEntries : 0,
+                             blended ? list.entries.size() : list.opaqueEntries,
+                             [&](const SurfaceItem& item) -> Result<void> {
+        auto program = _shaders.surface(item.features);
+        if (!program) return program.error();
+        if (*program != current) (*program)->use();
+        current = *program;
+        const LightList::Run& run = painting.scene.lights.runs[item.run];
+        current->set(0, glm::mat4(item.relativeFromObject));
+        current->set(1, item.normalFromObject);
+        setLightRun(*current, run);
+        current->set(3, run.ambient);
+        setSides(item);
+        if (item.geometry->faceNormals()) item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
+        if (material == item.material) return {};
+        material = item.material;
+        return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());
+    });
+    glDisable(GL_BLEND);
+    glDepthMask(GL_TRUE);
+    return drawn;
+}
+
+Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall, ViewPainting& painting,
+                                     std::uint32_t firstLight) {
+    const bool factors = firstLight != kNoFactors;
+    if (factors) _targets.bindFactors();
+    else _targets.bindLayers();
+    bindView(painting);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_GREATER);
+    glDepthMask(GL_TRUE);
+    _targets.clearDepth(true);
+    if (factors) _targets.clearFactors();
+    constexpr FeatureSet kMaskOnly = bit(Feature::AlphaMask) | bit(Feature::BaseColourTexture) |
+                                     bit(Feature::TexCoords0) | bit(Feature::TexCoords1) | bit(Feature::VertexColours);
+    const gl::Program* current = nullptr;
+    const GpuMaterial* material = nullptr;
+    const DrawList& list = painting.visible;
+    auto drawn = drawEntries(painting, list, 0, list.opaqueEntries, [&](const SurfaceItem& item) -> Result<void> {
+        auto program = _shaders.layers(factors ? item.layerFeatures : item.layerFeatures & kMaskOnly, wall.layers,
+                                       factors ? _targets.factorImages() : 0);
+        if (!program) return program.error();
+        if (*program != current) (*program)->use();
+        current = *program;
+        current->set(0, glm::mat4(item.relativeFromObject));
+        current->set(1, item.normalFromObject);
+        setSides(item);
+        item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
+        if (factors) {
+            setLightRun(*current, painting.scene.lights.runs[item.run]);
+            current->set(5, firstLight);
+        } else if (wall.layers & static_cast<std::uint32_t>(Layer::Ids)) {
+            glProgramUniform2ui(current->id(), 4, static_cast<GLuint>(item.node.value),
+                                item.geometry->isReordered() ? 1 : 0);
+            if (item.geometry->isReordered())
+                item.geometry->primitives().bind(static_cast<GLuint>(TextureUnit::Primitives));
+        }
+        if (item.layerFeatures == 0 || material == item.material) return {};
+        material = item.material;
+        return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());
+    });
+    if (!drawn) return drawn;
+    return factors ? _targets.keepFactors(firstLight, painting.area) : drawn;
+}
+
+Result<void> TilePainter::drawBackground(const Aspect& scene, ViewPainting& painting) {
+    const ContainerId id = painting.scene.viewport->background.get().id;
+    const ImageBackground* image = scene.findAs<ImageBackground>(id);
+    glm::vec4 bottom(0.0f);
+    glm::vec4 top(0.0f);
+    if (const auto* colour = scene.findAs<ColourBackground>(id)) bottom = top = colour->colour.get();
+    if (const auto* gradient = scene.findAs<GradientBackground>(id)) {
+        bottom = gradient->bottom;
+        top = gradient->top;
+    }
+    if (image) {
+        auto texture = _gpuScene.textures().find(scene, image->image.get(), true, false);
+        if (!texture) return texture.error();
+        if (!*texture) image = nullptr;  // an image that is not there is a transparent one
+        else {
+            (*texture)->bind(0);
+            _gpuScene.textures().plainSampler().bind(0);
+        }
+    }
+    auto program = _shaders.background(image != nullptr);
+    if (!program) return program.error();
+    (*program)->use();
+    (*program)->set(0, bottom);
+    (*program)->set(1, top);
+    _noVertices.bind();
+    glDisable(GL_DEPTH_TEST);
+    glDisable(GL_CULL_FACE);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    return {};
+}
+
+Result<const gl::Texture2D*> TilePainter::textOf(ContainerId id, const std::string& text) {
+    auto& [known, texture] = _texts[id];
+    if (texture && known == text) return &texture;
+    const TextBitmap bitmap = drawText(text);
+    auto made = gl::Texture2D::create(GL_R8, {bitmap.width, bitmap.height});
+    if (!made) return made.error();
+    made->upload(0, GL_RED, GL_UNSIGNED_BYTE, std::as_bytes(std::span(bitmap.coverage)));
+    texture = std::move(*made);
+    known = text;
+    return &texture;
+}
+
+Result<void> TilePainter::drawForegrounds(const Aspect& scene, ViewPainting& painting) {
+    const PixelRect& region = painting.scene.view->region;
+    glDisable(GL_DEPTH_TEST);
+    glDisable(GL_CULL_FACE);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    const auto& foregrounds = painting.scene.viewport->foregrounds;
+    for (std::size_t i = 0; i < foregrounds.size(); ++i) {
+        const ContainerId id = foregrounds[i].id;
+        const gl::Texture2D* texture = nullptr;
+        glm::vec4 place(0.0f);
+        glm::vec4 tint(1.0f);
+        const auto* text = scene.findAs<TextForeground>(id);
+        if (text) {
+            auto found = textOf(id, text->text.get());
+            if (!found) return found.error();
+            texture = *found;
+            const float pixel = text->height.get() / float{kTextCellHeight};
+            const glm::vec2 corner = text->lowerLeft;
+            place = {placed(corner.x, region.x, region.width), placed(corner.y, region.y, region.height),
+                     pixel * static_cast<float>(texture->size().x), text->height.get()};
+            tint = text->colour;
+        } else if (const auto* image = scene.findAs<ImageForeground>(id)) {
+            auto found = _gpuScene.textures().find(scene, image->image.get(), true, false);
+            if (!found) return found.error();
+            texture = *found;
+            const glm::vec2 corner = image->lowerLeft;
+            place = {placed(corner.x, region.x, region.width), placed(corner.y, region.y, region.height),
+                     image->size.get().x, image->size.get().y};
+        }
+        if (!texture || !(place.z > 0.0f) || !(place.w > 0.0f)) continue;
+        auto program = _shaders.foreground(text != nullptr);
+        if (!program) return program.error();
+        (*program)->use();
+        (*program)->set(0, place);
+        (*program)->set(1, tint);
+        texture->bind(0);
+        _gpuScene.textures().plainSampler().bind(0);
+        _noVertices.bind();
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
+    glDisable(GL_BLEND);
+    return {};
+}
+
+Result<void> TilePainter::paint(const Aspect& scene, const WallViews& wall, const FramePlan& plan,
+                                std::span<ViewPainting> views, const TileAssignment& tile, std::size_t tileIndex) {
+    const PixelRect& pixels = tile.pixels;
+    std::int32_t reach = 0;
+    for (std::uint32_t i = 0; i < views.size(); ++i) {
+        reach = std::max(reach, plan.reachOf(i));
+        // What no tile of this eye shows is empty.
+        const bool shown = views[i].scene.viewport && views[i].scene.view->eye == tile.eye;
+        views[i].area = shown ? intersect(pixels, views[i].scene.view->region) : PixelRect{};
+    }
+    if (auto painted = paintShadows(scene, plan, views, pixels); !painted) return painted;
+    const PixelSize work = workSizeOf(wall);
+    const bool whole = wall.tiles == TileMode::Exact;
+    const std::int32_t stepX = whole ? wall.wall.width : kBlockPixels;
+    const std::int32_t stepY = whole ? wall.wall.height : kBlockPixels;
+    for (std::int32_t y = pixels.y / stepY * stepY; y < pixels.y + pixels.height; y += stepY)
+        for (std::int32_t x = pixels.x / stepX * stepX; x < pixels.x + pixels.width; x += stepX) {
+            const PixelRect block{x, y, work.width, work.height};
+            const PixelRect part = intersect(pixels, block);
+            _targets.beginPart(tileIndex, part, block, reach);
+            if (auto painted = paintPart(scene, wall, plan, views, tile.eye, part, block); !painted) return painted;
+            _targets.endPart();
+        }
+    return {};
+}
+
+Result<void> TilePainter::paintShadows(const Aspect& scene, const FramePlan& plan, std::span<ViewPainting> views,
+                                       const PixelRect& tile) {
+    if (!plan.hasPass(PassKind::ShadowMap)) return {};
+    for (std::uint32_t i = 0; i < views.size(); ++i) {
+        ViewPainting& painting = views[i];
+        painting.masks.clear();
+        if (painting.area.empty() || painting.scene.lights.fits.empty()) continue;
+        const View& view = *painting.scene.view;
+        const std::int32_t reach = plan.reachOf(i);
+        const PixelRect grown{tile.x - reach, tile.y - reach, tile.width + 2 * reach, tile.height + 2 * reach};
+        for (const ShadowFit* fit : painting.scene.lights.fits)
+            painting.masks.emplace_back(fit->clipFromWorld * glm::translate(glm::dmat4(1.0), view.eyeWorld), fit->mapSize,
+                                        1.5 * std::abs(fit->normalOffset) + 1.5);
+        markReceivers(painting.scene, tileFrustum(view, intersect(grown, view.region), kMarginPixels), painting.masks);
+    }
+    for (const PlannedPass& pass : plan.passes) {
+        if (pass.kind != PassKind::ShadowMap || views[pass.view].area.empty()) continue;
+        if (auto drawn = drawShadowMap(scene, views[pass.view], pass.first); !drawn) return drawn;
+    }
+    return {};
+}
+
+Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, const FramePlan& plan,
+                                    std::span<ViewPainting> views, Eye eye, const PixelRect& part, const PixelRect& block) {
+    for (std::uint32_t i = 0; i < views.size(); ++i) {
+        ViewPainting& painting = views[i];
+        painting.area = {};
+        if (!painting.scene.viewport || painting.scene.view->eye != eye) continue;
+        const View& view = *painting.scene.view;
+        const std::int32_t reach = plan.reachOf(i);
+        const PixelRect grown{part.x - reach, part.y - reach, part.width + 2 * reach, part.height + 2 * reach};
+        painting.block = intersect(block, view.region);
+        painting.area = intersect(grown, painting.block);
+        if (painting.area.empty()) continue;
+        painting.visible = listVisible(painting.scene, tileFrustum(view, painting.area, kMarginPixels));
+    }
+    std::size_t current = SIZE_MAX;  // the view whose colours are being drawn
+    for (const PlannedPass& pass : plan.passes) {
+        if (pass.kind == PassKind::ShadowMap || pass.kind == PassKind::Resolve) continue;
+        ViewPainting& painting = views[pass.view];
+        if (painting.area.empty()) continue;
+        const LightBuffers& lights = _lightBuffers[pass.view];
+        lights.lights.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 0);
+        lights.indices.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 1);
+        lights.shadows.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 2);
+        if (painting.shadowMaps) painting.shadowMaps->bind(static_cast<GLuint>(TextureUnit::ShadowMaps));
+        if (pass.kind != PassKind::Layers) {
+            _targets.bindColour();
+            bindView(painting);
+            if (current != pass.view) {
+                _targets.clearDepth(false);
+                if (pass.kind == PassKind::Background) _targets.clearLayers();
+            }
+            current = pass.view;
+        }
+        Result<void> done;
+        switch (pass.kind) {
+            case PassKind::Background: done = drawBackground(scene, painting); break;
+            case PassKind::Surfaces: done = drawSurfaces(scene, painting, false); break;
+            case PassKind::Blend: done = drawSurfaces(scene, painting, true); break;
+            case PassKind::Foreground: done = drawForegrounds(scene, painting); break;
+            case PassKind::Layers: done = drawLayers(scene, wall, painting, pass.first); break;
+            case PassKind::ShadowMap:
+            case PassKind::Resolve: break;
+        }
+        if (!done) return done;
+    }
+    return {};
+}
+
+}  // namespace umbriel

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/draw/draw_list.h"
+#include "server/draw/frame_plan.h"
+#include "server/draw/gpu_scene.h"
+#include "server/draw/shader_library.h"
+#include "server/draw/text_font.h"
+#include "server/draw/tile_target.h"
+#include "server/shadow/standard_shadow_map.h"
+
+namespace umbriel {
+
+// A buffer whose content is replaced; equal content is not sent again.
+class StreamBuffer {
+   public:
+    Result<void> set(std::span<const std::byte> content);
+    const gl::Buffer& buffer() const { return _buffer; }
+
+   private:
+    std::vector<std::byte> _content;
+    gl::Buffer _buffer;
+};
+
+// One view while its tiles are drawn.
+struct ViewPainting {
+    ViewScene scene;
+    StandardShadowMaps* shadowMaps = nullptr;
+    std::vector<CasterMask> masks;  // by shadow, for the tile at hand
+    // For the part of the tile at hand.
+    DrawList visible;
+    PixelRect area;   // of the part, grown by the reach, within the view's region
+    PixelRect block;  // what the work images stand for, within the view's region
+};
+
+// Runs the passes of a frame plan for one tile after the other.
+class TilePainter {
+   public:
+    struct Counts {
+        std::uint64_t triangles = 0;
+        std::uint64_t shadowTriangles = 0;
+    };
+    TilePainter(GpuScene& scene, ShaderLibrary& shaders, TileTargets& targets, glm::ivec2 viewportLimit)
+        : _gpuScene(scene), _shaders(shaders), _targets(targets), _viewportLimit(viewportLimit) {}
+
+    // Fixed-function state that the driver starts without.
+    void beginFrame();
+    // views: by the plan's view index.
+    Result<void> paint(const Aspect& scene, const WallViews& wall, const FramePlan& plan, std::span<ViewPainting> views,
+                       const TileAssignment& tile, std::size_t tileIndex);
+    const Counts& counts() const { return _counts; }
+
+   private:
+    // Shadow maps, for all of the tile.
+    Result<void> paintShadows(const Aspect& scene, const FramePlan& plan, std::span<ViewPainting> views,
+                              const PixelRect& tile);
+    // Everything else, for a part of the tile.
+    Result<void> paintPart(const Aspect& scene, const WallViews& wall, const FramePlan& plan,
+                           std::span<ViewPainting> views, Eye eye, const PixelRect& part, const PixelRect& block);
+    Result<void> drawShadowMap(const Aspect& scene, ViewPainting& view, std::uint32_t shadow);
+    Result<void> drawBackground(const Aspect& scene, ViewPainting& view);
+    Result<void> drawForegrounds(const Aspect& scene, ViewPainting& view);
+    // Opaque or blended items into the colour image.
+    Result<void> drawSurfaces(const Aspect& scene, ViewPainting& view, bool blended);
+    Result<void> drawLayers(const Aspect& scene, const WallViews& wall, ViewPainting& view, std::uint32_t firstLight);
+    // Draws entries [first, end) of a list; program and uniforms of each item are the caller's.
+    Result<void> drawEntries(const ViewPainting& view, const DrawList& list, std::size_t first, std::size_t end,
+                             const std::function<Result<void>(const SurfaceItem&)>& prepare);
+    void bindView(const ViewPainting& view);
+    Result<const gl::Texture2D*> textOf(ContainerId id, const std::string& text);
+
+    GpuScene& _gpuScene;
+    ShaderLibrary& _shaders;
+    TileTargets& _targets;
+    glm::ivec2 _viewportLimit;
+    Counts _counts;
+    gl::VertexArray _noVertices;
+    StreamBuffer _commands;
+    StreamBuffer _frame;
+    std::map<ContainerId, std::pair<std::string, gl::Texture2D>> _texts;
+
+   public:
+    // The lights of a view as buffers; kept by view so that unchanged lights are not sent again.
+    struct LightBuffers {
+        StreamBuffer lights, indices, shadows;
+    };
+    Result<void> setLights(std::size_t view, const LightList& lights);
+
+   private:
+    std::map<std::size_t, LightBuffers> _lightBuffers;
+};
+
+}  // namespace umbriel

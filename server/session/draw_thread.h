@@ -1,0 +1,122 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/scene/aspect.h"
+#include "common/scene/digest.h"
+#include "common/wire/messages.h"
+#include "server/draw/renderer.h"
+
+namespace umbriel {
+
+// What the network thread asks of the drawing thread.
+namespace draw_task {
+struct Assign {
+    std::vector<TileAssignment> tiles;
+};
+struct Draw {
+    std::uint64_t frame = 0;
+    ChangeList emptied;            // destroys what an earlier session left; applied first
+    ChangeList changes;
+    const Aspect* from = nullptr;  // where the changes' values are; not edited until they are applied
+    std::optional<WallViews> views;
+    double time = 0.0;
+    bool wantPixels = false;
+};
+struct Swap {
+    std::uint64_t frame = 0;
+};
+struct Digests {
+    wire::DigestQuery query;
+};
+struct Explain {};
+struct Stop {};
+}  // namespace draw_task
+using DrawTask = std::variant<draw_task::Assign, draw_task::Draw, draw_task::Swap, draw_task::Digests, draw_task::Explain,
+                              draw_task::Stop>;
+
+// What it answers.
+namespace draw_result {
+struct Applied {};  // the changes of the next frame may be decoded
+struct Ready {
+    std::uint64_t frame = 0;
+    wire::Ready ready;
+};
+struct Failed {
+    std::uint64_t frame = 0;
+    std::string text;
+};
+struct Tiles {
+    std::uint64_t frame = 0;
+    std::vector<TilePixels> tiles;
+};
+struct Digests {
+    wire::DigestReply reply;
+};
+struct Explanation {
+    std::string text;
+};
+}  // namespace draw_result
+using DrawResult = std::variant<draw_result::Applied, draw_result::Ready, draw_result::Failed, draw_result::Tiles,
+                                draw_result::Digests, draw_result::Explanation>;
+
+// Tasks for the drawing thread, in order. Bounded: the protocol allows few frames under way, so more is our own error.
+class DrawQueue {
+ public:
+    struct Entry {
+        std::uint64_t session = 0;  // which one it belongs to; answers carry it back
+        DrawTask task;
+    };
+    static constexpr std::size_t kLimit = 1024;
+
+    // False when the queue is full. From any thread.
+    bool push(Entry entry);
+    // Waits for the next task.
+    Entry pop();
+
+ private:
+    std::mutex _mutex;
+    std::condition_variable _filled;
+    std::deque<Entry> _entries;
+};
+
+// The drawing half of a render server: owns the aspect that is drawn, its digest and what is shown. Lives on the thread
+// that has the renderer's context.
+class DrawThread {
+ public:
+    using Answer = std::function<void(std::uint64_t session, DrawResult result)>;
+
+    DrawThread(const TypeRegistry& types, Renderer& renderer, DrawQueue& queue, Answer answer);
+    // Works until a Stop task.
+    void run();
+
+ private:
+    void perform(std::uint64_t session, draw_task::Assign& task);
+    void perform(std::uint64_t session, draw_task::Draw& task);
+    void perform(std::uint64_t session, draw_task::Swap& task);
+    void perform(std::uint64_t session, draw_task::Digests& task);
+    void perform(std::uint64_t session, draw_task::Explain& task);
+    void perform(std::uint64_t session, draw_task::Stop& task);
+    void follow(const ChangeList& changes, const Aspect& from);
+
+    IdSource _ids;
+    Aspect _scene;
+    StateDigest _digest;
+    Renderer& _renderer;
+    DrawQueue& _queue;
+    Answer _answer;
+    std::vector<TileAssignment> _tiles;
+    WallViews _views;
+    std::uint64_t _shownFrame = 0;
+    bool _stopped = false;
+};
+
+}  // namespace umbriel

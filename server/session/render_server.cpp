@@ -1,0 +1,209 @@
+#include "server/session/render_server.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <deque>
+#include <future>
+#include <optional>
+#include <set>
+#include <thread>
+#include <utility>
+
+#include "common/base/clock.h"
+#include "common/base/log.h"
+#include "common/net/asio_pump.h"
+#include "common/protocol/server_node.h"
+#include "common/wire/change_codec.h"
+#include "server/session/blob_cache.h"
+#include "server/session/draw_thread.h"
+
+namespace umbriel {
+
+namespace event = protocol::server_event;
+
+namespace {
+
+protocol::ServerNodeOptions nodeOptions(const RenderServerOptions& options, const TypeRegistry& types) {
+    protocol::ServerNodeOptions node;
+    node.identity.name = options.name;
+    node.identity.build = options.build;
+    node.identity.typeSignature = types.signature();
+    node.identity.glRenderer = options.glRenderer.substr(0, wire::Hello::kMaxText);
+    node.identity.glVersion = options.glVersion.substr(0, wire::Hello::kMaxText);
+    node.identity.cpu = options.cpu.substr(0, wire::Hello::kMaxText);
+    node.dialHost = options.dialHost;
+    node.dialPort = options.dialPort;
+    return node;
+}
+
+}  // namespace
+
+// Everything here lives on the network thread, the queue apart.
+struct RenderServer::Implementation {
+    RenderServerOptions options;
+    const TypeRegistry& types;
+    Renderer& renderer;
+    DrawQueue queue;
+    protocol::ServerNode node;
+    net::AsioPump pump;
+
+    // The receiving aspect: a frame's changes are decoded into it while the previous frame may still be drawn from the
+    // other one.
+    IdSource ids;
+    Aspect incoming;
+    std::optional<wire::ChangeDecoder> decoder;
+    bool incomingBusy = false;   // its last list is not applied to the drawn aspect yet
+    BlobCache blobs;
+    std::deque<event::FrameRequested> frames;
+    bool blobsAsked = false;     // for the first of them
+    std::uint64_t session = 0;   // counts them, so that answers for an old one are dropped
+    bool inSession = false;
+    bool firstFrame = false;
+    bool leaving = false;
+    std::promise<void> left;     // when the last connection is closed
+
+    Implementation(RenderServerOptions o, const TypeRegistry& t, Renderer& r)
+        : options(std::move(o)), types(t), renderer(r), node(nodeOptions(options, t), SteadyClock().now()),
+          pump(node, options.insecureLan), incoming(t, ids), blobs(options.blobBudgetBytes) {
+        decoder.emplace(incoming);
+        pump.onTurn([this] { turn(); });
+    }
+
+    void push(DrawTask task) {
+        if (!queue.push({session, std::move(task)})) node.endSession("the client asks for more than is drawn");
+    }
+
+    void turn() {
+        while (auto next = node.nextEvent())
+            std::visit([&](auto& what) { handle(what); }, *next);
+        decodeNext();
+        if (leaving && !node.hasConnections()) {
+            leaving = false;
+            left.set_value();
+        }
+    }
+
+    void handle(event::SessionStarted& started) {
+        log::info(fmt::format("client '{}' is connected", started.client));
+        ++session;
+        inSession = true;
+        firstFrame = true;
+    }
+    void handle(event::SessionEnded& ended) {
+        log::info(fmt::format("the session has ended: {}", ended.reason));
+        inSession = false;
+        frames.clear();
+        blobsAsked = false;
+        if (options.once && !node.hasSession()) queue.push({session, draw_task::Stop{}});
+    }
+    void handle(event::Assigned& assigned) { push(draw_task::Assign{std::move(assigned.tiles)}); }
+    void handle(event::FrameRequested& frame) { frames.push_back(std::move(frame)); }
+    void handle(event::SwapRequested& swap) { push(draw_task::Swap{swap.frame}); }
+    void handle(event::BlobArrived& arrived) { blobs.put(std::move(arrived.blob)); }
+    void handle(event::DigestAsked& asked) { push(draw_task::Digests{asked.query}); }
+    void handle(event::ExplainAsked&) { push(draw_task::Explain{}); }
+    void handle(event::JobOffered& offer) {
+        node.sendJobDone({offer.job, offer.attempt, wire::JobStatus::Refused,
+                          fmt::format("this server does no jobs of kind '{}'", offer.kind), {}, 0}, {});
+    }
+    void handle(event::JobCancelled&) {}
+
+    // True when all blobs of the frame are here; asks for the others once.
+    Result<bool> haveBlobs(const event::FrameRequested& frame) {
+        std::vector<wire::BlobRef> missing;
+        std::set<Hash128> seen;
+        for (const wire::Bytes& part : frame.changes) {
+            auto refs = wire::blobsReferenced(part);
+            if (!refs) return refs.error();
+            for (const wire::BlobRef& ref : *refs) {
+                if (!seen.insert(ref.hash).second) continue;
+                if (blobs.find(ref.hash)) blobs.touch(ref.hash);
+                else missing.push_back(ref);
+            }
+        }
+        if (missing.empty()) return true;
+        if (!std::exchange(blobsAsked, true)) node.wantBlobs(missing);
+        return false;
+    }
+
+    void decodeNext() {
+        while (inSession && !incomingBusy && !frames.empty()) {
+            event::FrameRequested& frame = frames.front();
+            const auto complete = haveBlobs(frame);
+            if (!complete) return node.endSession(complete.error().message);
+            if (!*complete) return;
+            blobsAsked = false;
+            draw_task::Draw draw;
+            draw.frame = frame.number;
+            draw.from = &incoming;
+            draw.views = std::move(frame.views);
+            draw.time = frame.time;
+            draw.wantPixels = frame.wantPixels;
+            if (firstFrame && !frame.fromNothing) return node.endSession("a session's first frame is a snapshot");
+            firstFrame = false;
+            if (frame.fromNothing) draw.emptied = emptyScene();
+            for (const wire::Bytes& part : frame.changes)
+                if (const auto applied = decoder->apply(part, blobs); !applied) return node.endSession(applied.error().message);
+            draw.changes = incoming.commit();
+            blobs.trim();
+            frames.pop_front();
+            incomingBusy = true;
+            push(std::move(draw));
+        }
+    }
+
+    // Destroys what is left of an earlier session, also what a broken change list left half done.
+    ChangeList emptyScene() {
+        RawEdit edit(incoming);
+        for (const ContainerId id : incoming.ids()) edit.destroy(id);
+        decoder.emplace(incoming);
+        return incoming.commit();
+    }
+
+    // An answer of the drawing thread.
+    void answered(std::uint64_t ofSession, DrawResult& result) {
+        if (std::holds_alternative<draw_result::Applied>(result)) {
+            incomingBusy = false;  // whoever asked for it
+            return;
+        }
+        if (ofSession != session || !inSession) return;
+        if (auto* ready = std::get_if<draw_result::Ready>(&result)) node.sendReady(ready->frame, ready->ready);
+        else if (auto* failed = std::get_if<draw_result::Failed>(&result)) node.sendFailed(failed->frame, failed->text);
+        else if (auto* tiles = std::get_if<draw_result::Tiles>(&result)) node.sendTiles(tiles->frame, std::move(tiles->tiles));
+        else if (auto* digests = std::get_if<draw_result::Digests>(&result)) node.sendDigests(digests->reply);
+        else if (auto* text = std::get_if<draw_result::Explanation>(&result)) node.sendExplanation(text->text);
+    }
+
+    Result<void> run() {
+        if (options.dialHost.empty()) {
+            const auto port = pump.listen(options.listenHost, options.listenPort);
+            if (!port) return port.error();
+            if (options.listening) options.listening(*port);
+        }
+        std::thread network([this] { pump.run(); });
+        DrawThread drawing(types, renderer, queue, [this](std::uint64_t of, DrawResult result) {
+            pump.post([this, of, result = std::move(result)]() mutable { answered(of, result); });
+        });
+        drawing.run();
+        pump.post([this] {
+            leaving = true;
+            node.leave("the server is shutting down");
+        });
+        left.get_future().wait_for(std::chrono::seconds(2));  // last words need a moment to be written
+        pump.stop();
+        network.join();
+        return {};
+    }
+};
+
+RenderServer::RenderServer(RenderServerOptions options, const TypeRegistry& types, Renderer& renderer)
+    : _implementation(std::make_unique<Implementation>(std::move(options), types, renderer)) {}
+
+RenderServer::~RenderServer() = default;
+
+Result<void> RenderServer::run() { return _implementation->run(); }
+
+void RenderServer::stop() { _implementation->queue.push({0, draw_task::Stop{}}); }
+
+}  // namespace umbriel

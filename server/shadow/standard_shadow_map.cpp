@@ -1,0 +1,75 @@
+#include "server/shadow/standard_shadow_map.h"
+
+#include <fmt/format.h>
+
+namespace umbriel {
+
+Result<void> StandardShadowMaps::reserve(std::uint32_t mapSize, std::uint32_t layers) {
+    if (mapSize == _mapSize && layers <= _framebuffers.size()) return {};
+    GLint maxSize = 0;
+    GLint maxLayers = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &maxSize);
+    glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &maxLayers);
+    if (mapSize > static_cast<std::uint32_t>(maxSize) || layers > static_cast<std::uint32_t>(maxLayers))
+        return failure(fmt::format("{} shadow maps of {} texels are more than this driver allows ({} of {}); choose a "
+                                   "smaller --map-size", layers, mapSize, maxLayers, maxSize));
+    _framebuffers.clear();
+    _texture = {};
+    GLuint id = 0;
+    glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &id);
+    _texture = gl::Name<gl::deleteTexture>(id);
+    const auto side = static_cast<GLsizei>(mapSize);
+    glTextureStorage3D(id, 1, GL_DEPTH_COMPONENT32F, side, side, static_cast<GLsizei>(layers));
+    glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    if (auto checked = gl::checkError(fmt::format("{} shadow maps of {} texels", layers, mapSize)); !checked)
+        return checked;
+    for (std::uint32_t layer = 0; layer < layers; ++layer) {
+        GLuint framebuffer = 0;
+        glCreateFramebuffers(1, &framebuffer);
+        _framebuffers.emplace_back(framebuffer);
+        glNamedFramebufferTextureLayer(framebuffer, GL_DEPTH_ATTACHMENT, id, 0, static_cast<GLint>(layer));
+        glNamedFramebufferDrawBuffer(framebuffer, GL_NONE);
+        glNamedFramebufferReadBuffer(framebuffer, GL_NONE);
+        if (glCheckNamedFramebufferStatus(framebuffer, GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+            return failure("OpenGL: the driver cannot draw into a layer of a depth array");
+    }
+    _mapSize = mapSize;
+    return {};
+}
+
+void StandardShadowMaps::begin(std::uint32_t layer, const ShadowFit& fit, const PixelRect& texels) {
+    glBindFramebuffer(GL_FRAMEBUFFER, _framebuffers[layer].id());
+    const auto side = static_cast<GLsizei>(fit.mapSize);
+    glViewport(0, 0, side, side);
+    glEnable(GL_DEPTH_TEST);
+    glDepthMask(GL_TRUE);
+    glDepthFunc(GL_GREATER);
+    glDisable(GL_SCISSOR_TEST);
+    const float farthest = 0.0f;
+    glClearNamedFramebufferfv(_framebuffers[layer].id(), GL_DEPTH, 0, &farthest);
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(texels.x, texels.y, texels.width, texels.height);
+    // Any surface blocks light, whichever way it is wound.
+    glDisable(GL_CULL_FACE);
+    // Casters before a directional light's near plane still cast: their depth is clamped to it. A perspective map keeps
+    // its near plane: behind it lies the light itself.
+    if (!fit.perspective) glEnable(GL_DEPTH_CLAMP);
+    if (fit.slopeBias != 0.0f) {
+        glEnable(GL_POLYGON_OFFSET_FILL);
+        // Away from the light, which is towards 0. No constant part: with a floating-point buffer its unit depends on
+        // the depth itself.
+        glPolygonOffset(-fit.slopeBias, 0.0f);
+    }
+}
+
+void StandardShadowMaps::end() {
+    glDisable(GL_DEPTH_CLAMP);
+    glDisable(GL_POLYGON_OFFSET_FILL);
+}
+
+void StandardShadowMaps::bind(GLuint unit) const {
+    glBindTextureUnit(unit, _texture.id());
+}
+
+}  // namespace umbriel

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/base/result.h"
+#include "common/math/pixel_rect.h"
+#include "common/wall/view.h"
+#include "server/gl/object.h"
+
+namespace umbriel {
+
+// The depth maps of one view's lights, a layer each (Williams 1978): D32F, reversed (1 nearest the light, 0 at the far
+// end and where nothing casts). Drawn with the light's own matrix, sampled by shaders/snippet/standard_shadow.glsl.
+class StandardShadowMaps {
+   public:
+    // Makes room for that many maps. Errors: the driver's limits, out of memory.
+    Result<void> reserve(std::uint32_t mapSize, std::uint32_t layers);
+
+    // Starts drawing casters into a layer: clears it and sets viewport, scissor (texels that will be sampled), depth
+    // state and slope bias. The caller draws with clipFromObject matrices made from the fit.
+    void begin(std::uint32_t layer, const ShadowFit& fit, const PixelRect& texels);
+    // Restores the state that surfaces are drawn with.
+    void end();
+    void bind(GLuint unit) const;
+
+    std::uint64_t bytes() const { return std::uint64_t{_mapSize} * _mapSize * _framebuffers.size() * 4; }
+
+   private:
+    std::uint32_t _mapSize = 0;
+    gl::Name<gl::deleteTexture> _texture;
+    std::vector<gl::Name<gl::deleteFramebuffer>> _framebuffers;
+};
+
+}  // namespace umbriel

@@ -1,0 +1,36 @@
+#include "snippet/frame.glsl"
+#define VARYING out
+#include "snippet/surface_varyings.glsl"
+
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 tangent;
+layout(location = 3) in vec4 colour;
+layout(location = 4) in vec2 texCoords0;
+layout(location = 5) in vec2 texCoords1;
+layout(location = 6) in uint firstTriangle;  // per draw command
+
+layout(location = 0) uniform mat4 relativeFromObject;
+layout(location = 1) uniform mat3 normalFromObject;
+
+void main() {
+    vec4 relative = relativeFromObject * vec4(position, 1.0);
+    surface.relative = relative.xyz;
+#ifdef FEATURE_VERTEX_NORMALS
+    surface.normal = normalFromObject * normal;
+#endif
+#ifdef FEATURE_VERTEX_TANGENTS
+    surface.tangent = vec4(mat3(relativeFromObject) * tangent.xyz, tangent.w);
+#endif
+#ifdef FEATURE_VERTEX_COLOURS
+    surface.colour = colour;
+#endif
+#ifdef FEATURE_TEX_COORDS0
+    surface.texCoords0 = texCoords0;
+#endif
+#ifdef FEATURE_TEX_COORDS1
+    surface.texCoords1 = texCoords1;
+#endif
+    surface.firstTriangle = firstTriangle;
+    gl_Position = frame.clipFromRelative * vec4(relative.xyz, 1.0);
+}

@@ -1,0 +1,142 @@
+#include "client/session/cluster.h"
+
+#include <gtest/gtest.h>
+
+#include <future>
+#include <thread>
+
+#include "common/scene/core_types.h"
+#include "common/scene/materials.h"
+#include "common/scene/nodes.h"
+#include "server/session/render_server.h"
+#include "tests/support/fake_renderer.h"
+
+namespace umbriel {
+namespace {
+
+// Render servers as threads of this process, each with a fake renderer.
+class Servers {
+ public:
+    Servers(const TypeRegistry& types, int count) {
+        for (int i = 0; i < count; ++i) {
+            auto& one = *_all.emplace_back(std::make_unique<One>());
+            std::promise<std::uint16_t> port;
+            RenderServerOptions options;
+            options.name = "server" + std::to_string(i);
+            options.build = "test";
+            options.listening = [&port](std::uint16_t value) { port.set_value(value); };
+            one.server = std::make_unique<RenderServer>(std::move(options), types, one.renderer);
+            one.thread = std::thread([&one] { one.result = one.server->run(); });
+            addresses.push_back({"server" + std::to_string(i), "127.0.0.1", port.get_future().get()});
+        }
+    }
+    ~Servers() {
+        for (auto& one : _all) one->server->stop();
+        for (auto& one : _all) one->thread.join();
+    }
+    test::FakeRenderer& renderer(std::size_t i) { return _all[i]->renderer; }
+
+    std::vector<ServerAddress> addresses;
+
+ private:
+    struct One {
+        test::FakeRenderer renderer;
+        std::unique_ptr<RenderServer> server;
+        std::thread thread;
+        Result<void> result;
+    };
+    std::vector<std::unique_ptr<One>> _all;
+};
+
+std::vector<TileAssignment> row(int count, int size) {
+    std::vector<TileAssignment> tiles;
+    for (int i = 0; i < count; ++i)
+        tiles.push_back({static_cast<std::uint32_t>(i), {i * size, 0, size, size}, Eye::Mono});
+    return tiles;
+}
+
+WallViews viewsOf(int width, int height) {
+    WallViews views;
+    views.wall = {width, height};
+    views.views.emplace_back();
+    views.views.back().region = {0, 0, width, height};
+    return views;
+}
+
+struct ClusterOnLoopback : testing::Test {
+    TypeRegistry types;
+    IdSource ids;
+    ClusterOnLoopback() { registerCoreTypes(types); }
+
+    Result<std::unique_ptr<Cluster>> connect(const Servers& servers, std::vector<TileAssignment> tiles) {
+        ClusterOptions options;
+        options.servers = servers.addresses;
+        return Cluster::connect(options, types, std::move(tiles));
+    }
+};
+
+TEST_F(ClusterOnLoopback, FramesAreDrawnInStepAndTilesComeBack) {
+    Servers servers(types, 3);
+    auto cluster = connect(servers, row(4, 300));
+    ASSERT_TRUE(cluster) << cluster.error().message;
+    Aspect scene(types, ids);
+    const auto transform = scene.create<Transform>("wheel");
+    const auto geometry = scene.create<Geometry>();
+    scene.edit(geometry).assign<&Geometry::positions>(std::vector<glm::vec3>(100'000, glm::vec3(1.0f)));
+    const WallViews views = viewsOf(1200, 300);
+
+    auto first = (*cluster)->frame(scene, views, 1.0, true);
+    ASSERT_TRUE(first) << first.error().message;
+    ASSERT_EQ(first->tiles.size(), 4u);
+    for (std::size_t i = 0; i < 4; ++i) {
+        const TilePixels& tile = first->tiles[i];
+        EXPECT_EQ(tile.tile.tile, i);
+        ASSERT_EQ(tile.layers.size(), 1u);
+        ASSERT_EQ(tile.layers[0].pixels.size(), 300u * 300u * 16u);
+        float values[4];
+        std::memcpy(values, tile.layers[0].pixels.data(), sizeof(values));
+        EXPECT_EQ(values[0], static_cast<float>(i));
+        EXPECT_EQ(values[2], 2.0f);
+    }
+    for (const ServerReport& server : first->servers) {
+        EXPECT_GT(server.bytes, 1'200'000u);
+        EXPECT_LT(server.bytes, 1'201'500u) << "the blob crosses once";
+        EXPECT_GT(server.viewBytes, 0u);
+        EXPECT_EQ(server.drawMilliseconds, 1.25);
+        EXPECT_EQ(server.digest, first->servers[0].digest);
+    }
+
+    auto idle = (*cluster)->frame(scene, views, 1.0, false);
+    ASSERT_TRUE(idle) << idle.error().message;
+    for (const ServerReport& server : idle->servers) {
+        EXPECT_LE(server.bytes, 64u);
+        EXPECT_EQ(server.viewBytes, 0u);
+    }
+
+    scene.edit(transform).set<&Transform::translation>(glm::dvec3(1, 2, 3));
+    auto moved = (*cluster)->frame(scene, views, 1.0, false);
+    ASSERT_TRUE(moved) << moved.error().message;
+    EXPECT_EQ(moved->entries, 1u);
+    EXPECT_LE(moved->changeBytes, 72u);
+    EXPECT_EQ(servers.renderer(2).framesDrawn, 3);
+    const auto plans = (*cluster)->explain();
+    ASSERT_TRUE(plans);
+    EXPECT_EQ(plans->at(2), "a fake plan");
+}
+
+TEST_F(ClusterOnLoopback, ASecondClientStartsFromItsOwnScene) {
+    Servers servers(types, 2);
+    for (int n = 1; n <= 3; ++n) {
+        auto cluster = connect(servers, row(2, 10));
+        ASSERT_TRUE(cluster) << cluster.error().message;
+        IdSource own;
+        Aspect scene(types, own);
+        for (int i = 0; i < n; ++i) scene.create<Transform>();
+        const auto frame = (*cluster)->frame(scene, viewsOf(20, 10), 0.0, false);
+        ASSERT_TRUE(frame) << frame.error().message;
+        EXPECT_EQ(servers.renderer(0).containers, static_cast<std::size_t>(n));
+    }
+}
+
+}  // namespace
+}  // namespace umbriel
