@@ -1,16 +1,11 @@
 #include "client/import/import_child.h"
 
 #include <fcntl.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <charconv>
-#include <csignal>
 #include <new>
 
+#include "client/import/confine.h"
 #include "client/import/gltf_import.h"
 #include "client/import/import_answer.h"
 #include "client/import/import_error.h"
@@ -19,41 +14,10 @@
 #include "common/base/log.h"
 #include "common/scene/core_types.h"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define UMBRIEL_SHADOW_MEMORY 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define UMBRIEL_SHADOW_MEMORY 1
-#endif
-#endif
-
 namespace umbriel {
 namespace {
 
 constexpr std::size_t kArgumentCount = 9;
-
-bool limitResource(__rlimit_resource resource, rlim_t soft, rlim_t hard) {
-    rlimit now{};
-    if (getrlimit(resource, &now) != 0) return false;
-    const rlimit wanted{std::min(soft, now.rlim_max), std::min(hard, now.rlim_max)};
-    return setrlimit(resource, &wanted) == 0;
-}
-
-// False when a limit cannot be set: then nothing is parsed.
-bool confineProcess(const ImportLimits& limits, int answerDescriptor) {
-    const rlim_t cpu = static_cast<rlim_t>(std::max<std::int64_t>(limits.cpuTime.count(), 1));
-    bool confined = limitResource(RLIMIT_CPU, cpu, cpu + 1) && limitResource(RLIMIT_CORE, 0, 0) &&
-                    limitResource(RLIMIT_NOFILE, 64, 64);
-#ifndef UMBRIEL_SHADOW_MEMORY
-    // Sanitizers reserve terabytes of address space for their shadows; builds without them have the limit.
-    confined = confined && limitResource(RLIMIT_AS, limits.processBytes, limits.processBytes);
-#endif
-    prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-    prctl(PR_SET_PDEATHSIG, SIGKILL, 0, 0, 0);
-    // The client's files, sockets and GPU are none of the importer's business.
-    syscall(SYS_close_range, static_cast<unsigned>(answerDescriptor) + 1, ~0u, 0);
-    return confined;
-}
 
 template <class Number>
 bool parse(const std::string& text, Number& value) {
@@ -102,8 +66,8 @@ int runImportChild(const ImportChildOptions& options) {
     }
     limits.cpuTime = std::chrono::seconds(cpuSeconds);
     AnswerWriter answer(descriptor);
-    if (!confineProcess(limits, descriptor)) {
-        answer.error(failure("the limits of the import process cannot be set"));
+    if (const Result<void> confined = confineProcess(limits, arguments.back(), descriptor); !confined) {
+        answer.error(confined.error());
         return 1;
     }
     // The client has asked whether the file can be read, so what is refused here is its content.
