@@ -61,7 +61,7 @@ void confineFiles(const std::string& file) {
 
 // System calls that reach beyond the process fail with EPERM. Where the processor is none of those listed, the limits
 // above have to do.
-void confineCalls() {
+[[maybe_unused]] void confineCalls() {
 #if defined(__x86_64__)
     constexpr std::uint32_t kArchitecture = AUDIT_ARCH_X86_64;
     constexpr std::uint32_t kFirstForeignCall = 0x40000000;  // the x32 interface
