@@ -65,9 +65,11 @@ void addLowerBody(CarMeshes& car) {
             glm::vec3 position(x, middle + halfHeight * signedPower(std::sin(angle), 0.55f),
                                halfWidth * signedPower(std::cos(angle), 0.5f));
             // Room for the wheels; the flares cover its edge.
-            for (const float axle : {kAxleFront, kAxleRear})
-                if (glm::distance(glm::vec2(x, position.y), glm::vec2(axle, kWheelRadius + 0.02f)) < 0.39f)
-                    position.z = std::clamp(position.z, -0.62f, 0.62f);
+            for (const float axle : {kAxleFront, kAxleRear}) {
+                const float away = glm::distance(glm::vec2(x, position.y), glm::vec2(axle, kWheelRadius + 0.02f));
+                const float room = 0.62f + 0.3f * glm::smoothstep(0.31f, 0.41f, away);
+                if (away < 0.41f) position.z = std::clamp(position.z, -room, room);
+            }
             car.paint.addVertex(position, {0, 0, 0}, glm::vec4(1.0f));
         }
     }

@@ -22,15 +22,15 @@ constexpr int kPoints = kCells + 1;
 class ClothSimulation {
  public:
     ClothSimulation() : _positions(kPoints * kPoints), _previous(kPoints * kPoints) {
-        // Tiny bumps decide where folds begin; the cloth starts turned against the view, not quite centred.
+        // Tiny bumps decide where folds begin; the cloth starts turned against the view.
         ProceduralRandom random(20);
         for (int row = 0; row < kPoints; ++row)
             for (int column = 0; column < kPoints; ++column) {
                 const float x = kSide * (static_cast<float>(column) / kCells - 0.5f);
                 const float z = kSide * (0.5f - static_cast<float>(row) / kCells);
-                edited(column, row) = glm::vec3(0.96f * x - 0.28f * z + 0.04f,
-                                                kBallCentre.y + kBallRadius + 0.03f + random.between(0.0f, 0.01f),
-                                                0.28f * x + 0.96f * z - 0.03f);
+                edited(column, row) =
+                    glm::vec3(0.96f * x - 0.28f * z, kBallCentre.y + kBallRadius + 0.03f + random.between(0.0f, 0.01f),
+                              0.28f * x + 0.96f * z);
             }
         _previous = _positions;
         const float spacing = kSide / kCells;
@@ -54,7 +54,9 @@ class ClothSimulation {
                 _positions[i] += velocity + glm::vec3(0.0f, -9.81f * kTimeStep * kTimeStep, 0.0f);
             }
             for (int iteration = 0; iteration < 10; ++iteration) {
-                for (const Link& link : _links) relax(link);
+                // Forwards and backwards in turn, so that no side of the cloth is favoured.
+                for (std::size_t i = 0; i < _links.size(); ++i)
+                    relax(_links[iteration % 2 == 0 ? i : _links.size() - 1 - i]);
                 for (std::size_t i = 0; i < _positions.size(); ++i) collide(i);
             }
         }
