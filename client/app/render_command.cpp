@@ -85,7 +85,9 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
     const auto camera = checkCamera(arguments);
     if (!camera) return camera.error();
     setup.stage.camera = *camera;
+    setup.stage.noLights = arguments.lights.size() == 1 && arguments.lights.front() == "none";
     for (const std::string& text : arguments.lights) {
+        if (setup.stage.noLights) break;
         const auto light = parseLight(text);
         if (!light) return light.error();
         setup.stage.lights.push_back(*light);

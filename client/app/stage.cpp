@@ -132,7 +132,9 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
     LightChain chain(scene, sceneRoot);
 
     const std::vector<LightInEffect> own = lightsInEffect(scene, sceneRoot, Hierarchy(scene, sceneRoot));
-    if (!options.lights.empty()) {
+    if (options.noLights) {
+        switchOff(scene, own);
+    } else if (!options.lights.empty()) {
         if (!own.empty()) stage.notes.push_back(fmt::format("--light replaces the scene's own {} lights", own.size()));
         switchOff(scene, own);
         for (std::size_t i = 0; i < options.lights.size(); ++i)

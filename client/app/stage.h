@@ -24,6 +24,7 @@ struct CameraArguments {
 struct StageOptions {
     CameraArguments camera;
     std::vector<LightArgument> lights;
+    bool noLights = false;                 // not even the scene's own
     ShadowMode shadowMode = ShadowMode::None;
     std::uint32_t mapSize = 512;
     std::optional<glm::vec3> background;   // linear; none: transparent black

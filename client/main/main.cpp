@@ -39,7 +39,8 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
         ->capture_default_str();
     command.add_option("--light", arguments.lights,
                        "dir:x,y,z | point:x,y,z | spot:x,y,z:dx,dy,dz:deg, optionally @r,g,b[,radius=m] (W/m2 or W/sr, linear); "
-                       "dir and spot give the way the light travels, deg is the cone's full opening; repeatable");
+                       "dir and spot give the way the light travels, deg is the cone's full opening; repeatable; "
+                       "replaces the scene's own lights; none: no light at all");
     command.add_option("--background", arguments.background, "r,g,b linear (default: transparent black)");
     command.add_option("--samples", arguments.samples, "samples per pixel, 1 or 4")->capture_default_str();
     command.add_option("--tiles", arguments.tiles, "exact: bit-equal to one server, needs wall-sized targets; offset")
@@ -100,7 +101,7 @@ int main(int argc, char** argv) {
     addSceneOptions(*viewCommand, view.scene);
     viewCommand->add_option("--frames", view.frames, "close after this many frames; 0: when the user closes the window")
         ->capture_default_str();
-    viewCommand->footer("Drag: orbit. Right drag or shift: pan. Wheel: distance. Space: stop and start the animation. Esc: close.");
+    viewCommand->footer("Example: umbriel view demo:car --shadow std\nDrag: orbit. Right drag or shift: pan. Wheel: distance. Space: stop and start the animation. Esc: close.");
 
     CompareOptions compare;
     std::string compareA, compareB, compareGrid;
@@ -110,10 +111,12 @@ int main(int argc, char** argv) {
     compareCommand->add_option("--exposure", compare.exposure, "EV before clamping and rounding to 8 bits")->capture_default_str();
     compareCommand->add_option("--grid", compareGrid, "measure each tile of COLUMNSxROWS as well");
     compareCommand->add_flag("--json", compare.json, "print JSON");
+    compareCommand->footer("Example: umbriel compare one.exr wall.exr --grid 2x2");
 
     DoctorOptions doctor;
     CLI::App* doctorCommand = app.add_subcommand("doctor", "say what works on this machine");
     doctorCommand->add_flag("--json", doctor.json, "print JSON");
+    doctorCommand->footer("Example: umbriel doctor --json");
 
     ImportChildOptions importChild;
     CLI::App* importChildCommand = app.add_subcommand("import-child", "internal: parse a file for the client");
@@ -128,6 +131,8 @@ int main(int argc, char** argv) {
         return false;
     };
     if (*importChildCommand) return runImportChild(importChild);
+    if (render.scene.quiet) render.scene.logLevel = "error";
+    if (view.scene.quiet) view.scene.logLevel = "error";
     if (*renderCommand) {
         if (!setLogLevel(render.scene.logLevel)) return 2;
         return runRender(render, serverBesideThisProgram(), std::cout);

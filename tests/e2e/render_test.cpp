@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/mount.h>
 #include <sys/stat.h>
 
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "common/image/exr_io.h"
 #include "tests/e2e/run_program.h"
@@ -118,6 +120,50 @@ TEST(Render, ExplainShowsShadowPassesOnlyWhenShadowsAreOn) {
     ASSERT_EQ(on.exitCode, 0) << on.err;
     EXPECT_EQ(off.out.find("shadow map"), std::string::npos) << off.out;
     EXPECT_NE(on.out.find("shadow map"), std::string::npos) << on.out;
+}
+
+TEST(Render, AnUnlitSceneHasNoShadowPassEvenIfShadowsAreOn) {
+    const Outcome outcome = run("umbriel", {"render", "demo:car", "--size", "64x36", "--explain", "--shadow", "std", "--light", "none"});
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+    EXPECT_EQ(outcome.out.find("shadow"), std::string::npos) << outcome.out;
+    EXPECT_EQ(outcome.out.find("directional"), std::string::npos) << outcome.out;
+}
+
+TEST(Render, AValidFileWithNothingToDrawGivesTheBackgroundAndAWarning) {
+    const TemporaryFolder folder;
+    writeFile(folder / "empty.gltf", R"({"asset": {"version": "2.0"}})");
+    const Outcome outcome = run("umbriel", {"render", folder / "empty.gltf", "--size", "8x8", "--background", "0.25,0.5,1", "--out",
+                                            folder / "a.exr"});
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("nothing to draw"), std::string::npos) << outcome.err;
+    const auto image = readExr(folder / "a.exr");
+    ASSERT_TRUE(image);
+    for (int channel = 0; channel < 4; ++channel) {
+        const float expected[] = {0.25f, 0.5f, 1.0f, 1.0f};
+        EXPECT_EQ(image->rgba.at(3, 5, channel), expected[channel]);
+    }
+}
+
+// Embedded servers end with their client, however it ends.
+TEST(Render, ServersEndWithAClientThatIsKilled) {
+    std::vector<int> servers;
+    {
+        const Background client("umbriel", {"render", "demo:car", "--size", "64x36", "--grid", "2x1", "--frames", "1000000", "--quiet"});
+        for (int tries = 0; tries < 500 && servers.size() < 2; ++tries) {
+            servers = childrenOf(client.pid());
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        }
+        ASSERT_EQ(servers.size(), 2u);
+        ::kill(client.pid(), SIGKILL);  // the process alone, not its group
+        for (const int server : servers) {
+            bool gone = false;
+            for (int tries = 0; tries < 500 && !gone; ++tries) {
+                gone = ::kill(server, 0) != 0 || isZombie(server);
+                std::this_thread::sleep_for(std::chrono::milliseconds(20));
+            }
+            EXPECT_TRUE(gone) << "server " << server << " is still there";
+        }
+    }
 }
 
 TEST(Render, LayersArriveInTheFile) {

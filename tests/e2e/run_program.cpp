@@ -101,6 +101,21 @@ std::vector<std::string> TemporaryFolder::names() const {
     return names;
 }
 
+std::vector<int> childrenOf(int pid) {
+    std::vector<int> children;
+    for (const auto& thread : fs::directory_iterator("/proc/" + std::to_string(pid) + "/task")) {
+        std::istringstream list(readFile(thread.path() / "children"));
+        for (int child = 0; list >> child;) children.push_back(child);
+    }
+    return children;
+}
+
+bool isZombie(int pid) {
+    const std::string status = readFile("/proc/" + std::to_string(pid) + "/stat");
+    const std::size_t name = status.rfind(')');
+    return name == std::string::npos || status.compare(name, 4, ") Z ") == 0;
+}
+
 std::string readFile(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
     std::ostringstream content;

@@ -51,6 +51,10 @@ class TemporaryFolder {
     std::filesystem::path _path;
 };
 
+// Processes whose parent is the given one (Linux).
+std::vector<int> childrenOf(int pid);
+bool isZombie(int pid);
+
 std::string readFile(const std::filesystem::path& path);
 void writeFile(const std::filesystem::path& path, const std::string& content);
 
