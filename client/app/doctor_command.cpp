@@ -14,7 +14,6 @@
 
 #include "client/app/window.h"
 #include "common/base/clock.h"
-#include "common/base/version.h"
 #include "common/net/loopback_probe.h"
 
 namespace umbriel {
@@ -123,14 +122,14 @@ int runDoctor(const DoctorOptions& options, const std::filesystem::path& serverP
         nlohmann::json list = nlohmann::json::array();
         for (const Finding& finding : findings)
             list.push_back({{"what", finding.what}, {"works", finding.works}, {"details", finding.details}});
-        out << nlohmann::json({{"version", kVersion},
+        out << nlohmann::json({{"version", UMBRIEL_VERSION},
                                {"works", works},
                                {"processors", std::thread::hardware_concurrency()},
                                {"findings", list}})
                    .dump(2)
             << '\n';
     } else {
-        out << "umbriel " << kVersion << ", " << std::thread::hardware_concurrency() << " processors\n";
+        out << "umbriel " << UMBRIEL_VERSION << ", " << std::thread::hardware_concurrency() << " processors\n";
         for (const Finding& finding : findings) {
             out << (finding.works ? "works    " : "MISSING  ") << finding.what << '\n';
             for (const std::string& detail : finding.details) out << "           " << detail << '\n';

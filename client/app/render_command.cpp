@@ -12,6 +12,7 @@
 #include "client/import/procedural.h"
 #include "client/session/animation_player.h"
 #include "client/session/views.h"
+#include "common/base/hash.h"
 #include "common/base/log.h"
 #include "common/scene/core_types.h"
 #include "common/wall/grid.h"
@@ -78,7 +79,7 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
     const auto grid = parseGrid("--grid", arguments.grid);
     if (!grid) return grid.error();
     auto tiles = gridTiles(setup.wall, grid->columns, grid->rows);
-    if (!tiles) return tiles.error();
+    if (!tiles) return badInput(fmt::format("--grid {} --size {}: {}", arguments.grid, arguments.size, tiles.error().message));
     setup.tiles = std::move(*tiles);
 
     const auto camera = checkCamera(arguments);
@@ -128,7 +129,7 @@ Result<std::unique_ptr<LoadedStage>> loadStage(const std::string& scene, const T
                                                const StageOptions& options, double aspectRatio) {
     auto result = std::make_unique<LoadedStage>();
     result->scene = std::make_unique<Aspect>(types, result->ids);
-    if (scene.starts_with("demo:")) {
+    if (isDemo(scene)) {
         const auto demo = buildDemo(scene, *result->scene);
         if (!demo) return demo.error();
         result->loaded = *demo;

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "client/session/camera.h"
 #include "common/math/box.h"
+#include "common/math/rotation.h"
 #include "common/scene/lights.h"
 #include "common/scene/traversal.h"
 
@@ -13,8 +15,6 @@ namespace umbriel {
 namespace {
 
 constexpr double kDefaultFovY = 45.0 * std::numbers::pi / 180.0;
-// From the viewer to the scene when nobody says where to stand: slightly from above and the right.
-constexpr glm::dvec3 kDefaultViewDirection{-0.5, -0.35, -0.8};
 // An inner cone of 90 % of the outer one: a visible soft edge, as of a real reflector.
 constexpr double kInnerConeShare = 0.9;
 // Radiance 1 from a white diffuse surface that faces the light.
@@ -72,7 +72,7 @@ class LightChain {
 };
 
 void addLight(Aspect& scene, LightChain& chain, const LightArgument& light, const std::string& name, const glm::dvec3& centre) {
-    const Ref<Node> beacon = chain.addBeacon(name, light.position, lookingAt({0, 0, 0}, light.direction, {0, 1, 0}), nullptr);
+    const Ref<Node> beacon = chain.addBeacon(name, light.position, lookingAlong(light.direction, {0, 1, 0}), nullptr);
     if (light.kind == LightArgument::Kind::Directional) {
         const Ref<DirectionalLight> core = scene.create<DirectionalLight>(name);
         scene.edit(core)
@@ -102,13 +102,6 @@ void addLight(Aspect& scene, LightChain& chain, const LightArgument& light, cons
     chain.add(name, core);
 }
 
-// Where to stand so that a sphere around the scene fits into the narrower field of view.
-double framingDistance(double radius, double fovY, double aspectRatio) {
-    const double halfY = 0.5 * fovY;
-    const double halfX = std::atan(std::tan(halfY) * aspectRatio);
-    return radius / std::sin(std::min(halfX, halfY));
-}
-
 Result<Ref<Container>> namedCamera(const Aspect& scene, const LoadedScene& loaded, const std::string& name) {
     std::string known;
     for (const Ref<Container>& camera : loaded.cameras.toVector()) {
@@ -123,20 +116,10 @@ Result<Ref<Container>> namedCamera(const Aspect& scene, const LoadedScene& loade
 
 }  // namespace
 
-glm::dmat3 lookingAt(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up) {
-    const glm::dvec3 back = glm::normalize(eye - target);
-    const glm::dvec3 upUnit = glm::length(up) > 0.0 ? glm::normalize(up) : glm::dvec3(0, 1, 0);
-    // Within a few thousandths of a degree of parallel there is no usable up: take the axis least along the view.
-    glm::dvec3 right = glm::cross(upUnit, back);
-    if (glm::length(right) < 1e-4) {
-        const glm::dvec3 size = glm::abs(back);
-        const glm::dvec3 other = size.z <= size.x && size.z <= size.y ? glm::dvec3(0, 0, back.y > 0.0 ? -1 : 1)
-                                 : size.x <= size.y                   ? glm::dvec3(1, 0, 0)
-                                                                      : glm::dvec3(0, 1, 0);
-        right = glm::cross(other, back);
-    }
-    right = glm::normalize(right);
-    return {right, glm::cross(back, right), back};
+glm::dmat3 lookingAlong(const glm::dvec3& forward, const glm::dvec3& up) {
+    const auto rotation = rotationLookingAlong(forward, up);
+    UMBRIEL_ASSERT(rotation.has_value(), "a direction was not checked");
+    return *rotation;
 }
 
 Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageOptions& options, double aspectRatio) {
@@ -145,7 +128,6 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
     GeometryBounds geometryBounds;
     const Box3d bounds = worldBounds(scene, sceneRoot, geometryBounds);
     const glm::dvec3 centre = bounds.empty() ? glm::dvec3(0.0) : bounds.centre();
-    const double radius = bounds.empty() ? 1.0 : std::max(0.5 * bounds.diagonal(), 1e-9);
     Stage stage;
     LightChain chain(scene, sceneRoot);
 
@@ -168,10 +150,12 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
     // Our own camera stands by even when the file's is used: a viewer moves on from there.
     const CameraArguments& camera = options.camera;
     const double fovY = camera.fovDegrees ? *camera.fovDegrees * std::numbers::pi / 180.0 : kDefaultFovY;
-    const glm::dvec3 target = camera.target.value_or(centre);
-    glm::dvec3 eye = camera.eye.value_or(target - framingDistance(radius, fovY, aspectRatio) * glm::normalize(kDefaultViewDirection));
-    if (eye == target) eye.z += radius;
-    stage.cameraBeacon = chain.addBeacon("camera", eye, lookingAt(eye, target, camera.up.value_or(glm::dvec3(0, 1, 0))), &stage.cameraPose);
+    const LookAt framed = frameAll(bounds, fovY, aspectRatio);
+    const glm::dvec3 target = camera.target.value_or(framed.targetWorld);
+    // Looking at another point, the viewer keeps direction and distance.
+    glm::dvec3 eye = camera.eye.value_or(target + (framed.eyeWorld - framed.targetWorld));
+    if (eye == target) eye += framed.eyeWorld - framed.targetWorld;
+    stage.cameraBeacon = chain.addBeacon("camera", eye, lookingAlong(target - eye, camera.up.value_or(framed.upWorld)), &stage.cameraPose);
     stage.ownCamera = scene.create<PerspectiveCamera>("umbriel camera");
     scene.edit(stage.ownCamera).set<&PerspectiveCamera::beacon>(stage.cameraBeacon).set<&PerspectiveCamera::fovY>(fovY);
 

@@ -48,7 +48,7 @@ inline constexpr float kDefaultAmbientRadiance = 0.15f;                // W/(m^2
 
 Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loaded, const StageOptions& options, double aspectRatio);
 
-// A pose whose -z looks from eye to target. up may not be parallel to that direction; when it is, another is chosen.
-glm::dmat3 lookingAt(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up);
+// A pose whose -z looks along forward (not zero); when up is parallel to it, another direction is taken.
+glm::dmat3 lookingAlong(const glm::dvec3& forward, const glm::dvec3& up);
 
 }  // namespace umbriel

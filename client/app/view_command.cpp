@@ -40,7 +40,8 @@ class Playback {
 class CameraControl {
    public:
     CameraControl(Aspect& scene, Stage& stage, const View& first) : _scene(scene), _stage(stage) {
-        const Box3d bounds = worldBounds(scene, stage.root);
+        GeometryBounds geometryBounds;
+        const Box3d bounds = worldBounds(scene, stage.root, geometryBounds);
         const glm::dvec3 forward = -glm::dvec3(first.viewFromWorld[0].z, first.viewFromWorld[1].z, first.viewFromWorld[2].z);
         // The point looked at: where the view axis passes the middle of the scene.
         const glm::dvec3 middle = bounds.empty() ? glm::dvec3(0.0) : bounds.centre();
@@ -58,7 +59,7 @@ class CameraControl {
         _orbit.approach(input.wheel);
         const glm::dvec3 eye = _orbit.eye();
         _scene.edit(_stage.cameraPose)
-            .set<&Transform::linear>(glm::mat3(lookingAt(eye, _orbit.centre, {0, 1, 0})))
+            .set<&Transform::linear>(glm::mat3(lookingAlong(_orbit.centre - eye, {0, 1, 0})))
             .set<&Transform::translation>(eye);
         _scene.edit(_stage.viewport).set<&Viewport::camera>(Ref<Container>(_stage.ownCamera.id));
     }

@@ -31,7 +31,8 @@ void widen(const std::vector<std::byte>& elements, std::vector<std::uint32_t>& o
 }
 
 // Copies count elements of elementBytes each that lie stride apart.
-void gather(std::span<const std::byte> source, std::size_t stride, std::size_t elementBytes, std::vector<std::byte>& out) {
+void gather(std::span<const std::byte> source, std::size_t stride, std::size_t elementBytes,
+            std::vector<std::byte>& out) {
     if (stride == elementBytes) {
         std::memcpy(out.data(), source.data(), out.size());
         return;
@@ -44,13 +45,20 @@ void gather(std::span<const std::byte> source, std::size_t stride, std::size_t e
 std::size_t elementBytesOf(int type, std::size_t componentBytes) {
     const auto matrix = [&](std::size_t side) { return side * ((side * componentBytes + 3) / 4 * 4); };
     switch (type) {
-        case TINYGLTF_TYPE_SCALAR: return componentBytes;
-        case TINYGLTF_TYPE_VEC2: return 2 * componentBytes;
-        case TINYGLTF_TYPE_VEC3: return 3 * componentBytes;
-        case TINYGLTF_TYPE_VEC4: return 4 * componentBytes;
-        case TINYGLTF_TYPE_MAT2: return matrix(2);
-        case TINYGLTF_TYPE_MAT3: return matrix(3);
-        default: return matrix(4);
+        case TINYGLTF_TYPE_SCALAR:
+            return componentBytes;
+        case TINYGLTF_TYPE_VEC2:
+            return 2 * componentBytes;
+        case TINYGLTF_TYPE_VEC3:
+            return 3 * componentBytes;
+        case TINYGLTF_TYPE_VEC4:
+            return 4 * componentBytes;
+        case TINYGLTF_TYPE_MAT2:
+            return matrix(2);
+        case TINYGLTF_TYPE_MAT3:
+            return matrix(3);
+        default:
+            return matrix(4);
     }
 }
 
@@ -66,11 +74,16 @@ std::size_t GltfAccessors::count(int accessor) const {
 
 int GltfAccessors::components(int accessor) const {
     switch (_file.model().accessors[static_cast<std::size_t>(accessor)].type) {
-        case TINYGLTF_TYPE_SCALAR: return 1;
-        case TINYGLTF_TYPE_VEC2: return 2;
-        case TINYGLTF_TYPE_VEC3: return 3;
-        case TINYGLTF_TYPE_VEC4: return 4;
-        default: return 0;
+        case TINYGLTF_TYPE_SCALAR:
+            return 1;
+        case TINYGLTF_TYPE_VEC2:
+            return 2;
+        case TINYGLTF_TYPE_VEC3:
+            return 3;
+        case TINYGLTF_TYPE_VEC4:
+            return 4;
+        default:
+            return 0;
     }
 }
 
@@ -104,8 +117,9 @@ void GltfAccessors::checkLayout(std::size_t index) const {
     const tinygltf::BufferView& view = _file.model().bufferViews[static_cast<std::size_t>(accessor.bufferView)];
     const std::size_t stride = view.byteStride != 0 ? view.byteStride : elementBytes;
     if (stride < elementBytes || stride % componentBytes != 0)
-        throw ImportRefused(gltfPlace("bufferViews", static_cast<std::size_t>(accessor.bufferView)) + ".byteStride",
-                            std::to_string(stride) + " does not suit the elements of accessor " + std::to_string(index));
+        throw ImportRefused(
+            gltfPlace("bufferViews", static_cast<std::size_t>(accessor.bufferView)) + ".byteStride",
+            std::to_string(stride) + " does not suit the elements of accessor " + std::to_string(index));
     if ((view.byteOffset + accessor.byteOffset) % componentBytes != 0)
         throw ImportRefused(place + ".byteOffset", "the data is not aligned to its component type");
     const std::size_t needed = accessor.byteOffset + stride * (accessor.count - 1) + elementBytes;
@@ -123,14 +137,24 @@ std::vector<float> GltfAccessors::floats(int index, bool forceNormalised) {
     std::vector<float> out(numbers);
     const bool normalised = accessor.normalized || forceNormalised;
     switch (accessor.componentType) {
-        case TINYGLTF_COMPONENT_TYPE_BYTE: widen<std::int8_t>(elements, normalised ? 127.0f : 1.0f, out); break;
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: widen<std::uint8_t>(elements, normalised ? 255.0f : 1.0f, out); break;
-        case TINYGLTF_COMPONENT_TYPE_SHORT: widen<std::int16_t>(elements, normalised ? 32767.0f : 1.0f, out); break;
+        case TINYGLTF_COMPONENT_TYPE_BYTE:
+            widen<std::int8_t>(elements, normalised ? 127.0f : 1.0f, out);
+            break;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+            widen<std::uint8_t>(elements, normalised ? 255.0f : 1.0f, out);
+            break;
+        case TINYGLTF_COMPONENT_TYPE_SHORT:
+            widen<std::int16_t>(elements, normalised ? 32767.0f : 1.0f, out);
+            break;
         case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
             widen<std::uint16_t>(elements, normalised ? 65535.0f : 1.0f, out);
             break;
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT: widen<std::uint32_t>(elements, 1.0f, out); break;
-        default: widen<float>(elements, 1.0f, out); break;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+            widen<std::uint32_t>(elements, 1.0f, out);
+            break;
+        default:
+            widen<float>(elements, 1.0f, out);
+            break;
     }
     return out;
 }
@@ -143,10 +167,17 @@ std::vector<std::uint32_t> GltfAccessors::indices(int index, const std::string& 
     const std::vector<std::byte> elements = packed(index);
     std::vector<std::uint32_t> out(accessor.count);
     switch (accessor.componentType) {
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: widen<std::uint8_t>(elements, out); break;
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: widen<std::uint16_t>(elements, out); break;
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT: widen<std::uint32_t>(elements, out); break;
-        default: throw ImportRefused(place, name + " does not hold unsigned integers");
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+            widen<std::uint8_t>(elements, out);
+            break;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+            widen<std::uint16_t>(elements, out);
+            break;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+            widen<std::uint32_t>(elements, out);
+            break;
+        default:
+            throw ImportRefused(place, name + " does not hold unsigned integers");
     }
     return out;
 }
@@ -180,8 +211,8 @@ void GltfAccessors::replaceSparse(int index, std::size_t elementBytes, std::vect
     const std::string place = gltfPlace("accessors", static_cast<std::size_t>(index)) + ".sparse";
     const std::size_t count = static_cast<std::size_t>(sparse.count);
     if (count > accessor.count) throw ImportRefused(place + ".count", "is larger than the accessor's count");
-    const std::size_t indexBytes =
-        static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(sparse.indices.componentType)));
+    const std::size_t indexBytes = static_cast<std::size_t>(
+        tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(sparse.indices.componentType)));
     const auto bytesOf = [&](int view, int offset, std::size_t size, const char* part) {
         const std::span<const std::byte> bytes = _file.bufferView(view);
         const std::size_t first = static_cast<std::size_t>(offset);

@@ -10,7 +10,7 @@ namespace umbriel {
 
 // Reads accessors: every component type, normalised or not, interleaved or not, sparse or not, with or without data.
 class GltfAccessors {
-   public:
+ public:
     GltfAccessors(GltfFile& file, ByteBudget& sceneBytes) : _file(file), _sceneBytes(sceneBytes) {}
 
     std::size_t count(int accessor) const;
@@ -32,7 +32,7 @@ class GltfAccessors {
     // Must be unsigned SCALARs; place says who uses the accessor.
     std::vector<std::uint32_t> indices(int accessor, const std::string& place);
 
-   private:
+ private:
     void checkLayout(std::size_t index) const;
     // count x components elements, packed, as they lie in the file.
     std::vector<std::byte> packed(int accessor);

@@ -69,8 +69,8 @@ Ref<AnimationChannel> GltfAnimations::channel(const tinygltf::Animation& animati
     std::vector<float> values = _context.accessors.floats(sampler.output);
     for (std::size_t i = 0; i < values.size(); ++i)
         if (!std::isfinite(values[i]))
-            throw ImportRefused(outputPlace, "element " + std::to_string(i / static_cast<std::size_t>(components)) +
-                                                 " is not finite");
+            throw ImportRefused(
+                outputPlace, "element " + std::to_string(i / static_cast<std::size_t>(components)) + " is not finite");
     if (isRotation) normaliseRotations(values, cubic, outputPlace);
     duration = std::max(duration, static_cast<double>(keys.back()));
 
@@ -78,12 +78,12 @@ Ref<AnimationChannel> GltfAnimations::channel(const tinygltf::Animation& animati
     const Ref<AnimationChannel> made = _context.scene.create<AnimationChannel>();
     auto edit = _context.scene.edit(made);
     edit.set<&AnimationChannel::pose>(target);
-    edit.set<&AnimationChannel::path>(isRotation                              ? AnimationPath::Rotation
+    edit.set<&AnimationChannel::path>(isRotation                            ? AnimationPath::Rotation
                                       : source.target_path == "translation" ? AnimationPath::Translation
-                                                                              : AnimationPath::Scale);
-    edit.set<&AnimationChannel::interpolation>(cubic                              ? AnimationInterpolation::CubicSpline
+                                                                            : AnimationPath::Scale);
+    edit.set<&AnimationChannel::interpolation>(cubic                             ? AnimationInterpolation::CubicSpline
                                                : sampler.interpolation == "STEP" ? AnimationInterpolation::Step
-                                                                                  : AnimationInterpolation::Linear);
+                                                                                 : AnimationInterpolation::Linear);
     edit.assign<&AnimationChannel::times>(keys);
     edit.assign<&AnimationChannel::values>(values);
     return made;
@@ -126,7 +126,8 @@ std::vector<float> GltfAnimations::times(int accessor, const std::string& place)
 // Of a cubic spline only the middle of in-tangent, value, out-tangent is a rotation.
 void GltfAnimations::normaliseRotations(std::vector<float>& values, bool cubic, const std::string& place) {
     const std::size_t step = cubic ? 12 : 4;
-    for (std::size_t i = cubic ? 4 : 0; i < values.size(); i += step) normaliseQuaternion(&values[i], place, _context.warnings);
+    for (std::size_t i = cubic ? 4 : 0; i < values.size(); i += step)
+        normaliseQuaternion(&values[i], place, _context.warnings);
 }
 
 }  // namespace umbriel

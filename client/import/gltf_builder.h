@@ -37,13 +37,13 @@ struct GltfContext {
 
 // Materials, textures and images; each is made when it is first used, so that nothing unused is decoded or shipped.
 class GltfMaterials {
-   public:
+ public:
     explicit GltfMaterials(GltfContext& context) : _context(context) {}
 
     // index -1: glTF's default material.
     Ref<Material> material(int index);
 
-   private:
+ private:
     // A texture with its set of coordinates and its KHR_texture_transform.
     struct TextureUse {
         int texture = -1;
@@ -69,18 +69,19 @@ class GltfMaterials {
 
 // Geometry containers: one for each combination of accessors, mode and material, shared by everything that uses it.
 class GltfMeshes {
-   public:
+ public:
     GltfMeshes(GltfContext& context, GltfMaterials& materials) : _context(context), _materials(materials) {}
 
     // One for each primitive that has triangles.
     const std::vector<Ref<Geometry>>& mesh(int index);
 
-   private:
+ private:
     using DataKey = std::vector<int>;
 
     Ref<Geometry> primitive(const tinygltf::Primitive& source, const std::string& place);
     bool build(const tinygltf::Primitive& source, const std::string& place, Ref<Geometry> target);
-    std::vector<std::uint32_t> triangles(const tinygltf::Primitive& source, const std::string& place, std::size_t vertices);
+    std::vector<std::uint32_t> triangles(const tinygltf::Primitive& source, const std::string& place,
+                                         std::size_t vertices);
     std::vector<float> attribute(const tinygltf::Primitive& source, const char* name, const std::string& place,
                                  std::size_t vertices, int components);
 
@@ -93,7 +94,7 @@ class GltfMeshes {
 
 // The node tree with cameras and lights.
 class GltfNodes {
-   public:
+ public:
     GltfNodes(GltfContext& context, GltfMeshes& meshes) : _context(context), _meshes(meshes) {}
 
     // Builds the default scene; the root of everything is returned.
@@ -103,7 +104,7 @@ class GltfNodes {
     // The transform of a glTF node; none when it is not part of the scene.
     Ref<Transform> transformOf(int node) const;
 
-   private:
+ private:
     void requireTree() const;
     std::vector<int> rootsOfScene(std::string& sceneName);
     Ref<Node> buildNode(int index, std::uint32_t depth);
@@ -120,12 +121,12 @@ class GltfNodes {
 
 // Animations; needs the nodes.
 class GltfAnimations {
-   public:
+ public:
     GltfAnimations(GltfContext& context, const GltfNodes& nodes) : _context(context), _nodes(nodes) {}
 
     std::vector<Ref<Animation>> build();
 
-   private:
+ private:
     Ref<AnimationChannel> channel(const tinygltf::Animation& animation, const tinygltf::AnimationChannel& source,
                                   const std::string& place, double& duration);
     Ref<AnimatedPose> pose(int node);

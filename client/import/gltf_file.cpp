@@ -17,12 +17,37 @@ using nlohmann::json;
 
 constexpr int kMaxJsonDepth = 64;
 
-constexpr std::array<std::string_view, 6> kSupportedExtensions = {
-    "KHR_lights_punctual",   "KHR_materials_unlit",   "KHR_texture_transform",
-    "KHR_mesh_quantization", "KHR_materials_emissive_strength", "KHR_node_visibility"};
+constexpr std::array<std::string_view, 6> kSupportedExtensions = {"KHR_lights_punctual",
+                                                                  "KHR_materials_unlit",
+                                                                  "KHR_texture_transform",
+                                                                  "KHR_mesh_quantization",
+                                                                  "KHR_materials_emissive_strength",
+                                                                  "KHR_node_visibility"};
 
 bool isSupported(std::string_view extension) {
     return std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), extension) != kSupportedExtensions.end();
+}
+
+// Readers of JSON recurse. (A callback of nlohmann::json could count, too, but makes its parser quadratic in the length
+// of arrays.)
+void requireShallow(std::string_view text) {
+    int depth = 0;
+    bool inString = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (inString) {
+            if (c == '\\')
+                ++i;
+            else if (c == '"')
+                inString = false;
+        } else if (c == '"') {
+            inString = true;
+        } else if (c == '[' || c == '{') {
+            if (++depth > kMaxJsonDepth) throw ImportRefused("the JSON document is nested too deeply");
+        } else if (c == ']' || c == '}') {
+            --depth;
+        }
+    }
 }
 
 std::uint32_t littleU32(const std::vector<std::byte>& bytes, std::size_t at) {
@@ -72,8 +97,8 @@ void checkExtensions(const json& document, ImportWarnings& warnings) {
         if (!isSupported(used)) warnings.add(used + " is not supported and ignored");
 }
 
-// tinygltf would read every buffer and image at once, and refuses valid files that name some it cannot have; it is given
-// stand-ins instead, and GltfFile reads what is needed.
+// tinygltf would read every buffer and image at once, and refuses valid files that name some it cannot have; it is
+// given stand-ins instead, and GltfFile reads what is needed.
 std::vector<std::string> takeUris(json& document, const char* array, const char* standIn) {
     std::vector<std::string> uris;
     if (!document.contains(array)) return uris;
@@ -135,12 +160,10 @@ std::string GltfFile::parseContainer(const std::vector<std::byte>& file) {
 }
 
 void GltfFile::parseJson(const std::string& text, ImportWarnings& warnings) {
+    requireShallow(text);
     json document;
     try {
-        document = json::parse(text, [](int depth, json::parse_event_t, json&) {
-            if (depth > kMaxJsonDepth) throw ImportRefused("the JSON document is nested too deeply");
-            return true;
-        });
+        document = json::parse(text);
     } catch (const json::exception& error) {
         const std::string reason = error.what();
         const std::size_t end = reason.find("] ");

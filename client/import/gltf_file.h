@@ -15,10 +15,10 @@ class Model;
 
 namespace umbriel {
 
-// A .gltf or .glb file: its container, its checked JSON as tinygltf's model, and the bytes it refers to, which are read when
-// they are first asked for. A valid file may name buffers that cannot be had as long as nothing needs them.
+// A .gltf or .glb file: its container, its checked JSON as tinygltf's model, and the bytes it refers to, which are read
+// when they are first asked for. A valid file may name buffers that cannot be had as long as nothing needs them.
 class GltfFile {
-   public:
+ public:
     // Throws ImportRefused.
     GltfFile(SourceFolder& folder, ImportWarnings& warnings);
     ~GltfFile();
@@ -35,7 +35,7 @@ class GltfFile {
     // The encoded bytes of an image (PNG, JPEG, ...). Throws ImportRefused.
     std::vector<std::byte> imageBytes(int index);
 
-   private:
+ private:
     const std::vector<std::byte>& buffer(int index);
     std::vector<std::byte> dataUri(const std::string& uri, const std::string& place);
     std::string parseContainer(const std::vector<std::byte>& file);

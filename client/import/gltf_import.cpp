@@ -6,7 +6,8 @@
 
 namespace umbriel {
 
-Ref<LoadedScene> importGltf(const std::string& file, Aspect& scene, const ImportLimits& limits, ImportWarnings& warnings) {
+Ref<LoadedScene> importGltf(const std::string& file, Aspect& scene, const ImportLimits& limits,
+                            ImportWarnings& warnings) {
     ByteBudget fileBytes(limits.fileBytes, "file and those it names");
     ByteBudget sceneBytes(limits.sceneBytes, "scene");
     SourceFolder folder(file, fileBytes);

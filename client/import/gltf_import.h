@@ -9,8 +9,9 @@
 
 namespace umbriel {
 
-// Builds the scene of a .gltf or .glb file in an empty aspect: nodes, geometry, materials, textures, cameras, lights and
-// animations of its default scene. Runs in the import process. Throws ImportRefused, and std::bad_alloc.
-Ref<LoadedScene> importGltf(const std::string& file, Aspect& scene, const ImportLimits& limits, ImportWarnings& warnings);
+// Builds the scene of a .gltf or .glb file in an empty aspect: nodes, geometry, materials, textures, cameras, lights
+// and animations of its default scene. Runs in the import process. Throws ImportRefused, and std::bad_alloc.
+Ref<LoadedScene> importGltf(const std::string& file, Aspect& scene, const ImportLimits& limits,
+                            ImportWarnings& warnings);
 
 }  // namespace umbriel

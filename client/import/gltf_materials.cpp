@@ -28,15 +28,23 @@ void applySampler(const tinygltf::Sampler& sampler, Edit<Texture>& edit) {
     switch (sampler.minFilter) {
         case TINYGLTF_TEXTURE_FILTER_NEAREST:
         case TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_NEAREST:
-        case TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_LINEAR: edit.set<&Texture::minFilter>(FilterMode::Nearest); break;
-        default: break;
+        case TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_LINEAR:
+            edit.set<&Texture::minFilter>(FilterMode::Nearest);
+            break;
+        default:
+            break;
     }
     switch (sampler.minFilter) {
         case TINYGLTF_TEXTURE_FILTER_NEAREST:
-        case TINYGLTF_TEXTURE_FILTER_LINEAR: edit.set<&Texture::mipMode>(MipMode::None); break;
+        case TINYGLTF_TEXTURE_FILTER_LINEAR:
+            edit.set<&Texture::mipMode>(MipMode::None);
+            break;
         case TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_NEAREST:
-        case TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_NEAREST: edit.set<&Texture::mipMode>(MipMode::Nearest); break;
-        default: break;
+        case TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_NEAREST:
+            edit.set<&Texture::mipMode>(MipMode::Nearest);
+            break;
+        default:
+            break;
     }
 }
 
@@ -61,7 +69,8 @@ void GltfMaterials::build(const tinygltf::Material& source, const std::string& p
     const std::string pbrPlace = place + ".pbrMetallicRoughness";
     glm::vec4 baseColour(1.0f);
     for (int i = 0; i < 4; ++i)
-        baseColour[i] = clamped(pbr.baseColorFactor[static_cast<std::size_t>(i)], 0.0, 1.0, pbrPlace + ".baseColorFactor");
+        baseColour[i] =
+            clamped(pbr.baseColorFactor[static_cast<std::size_t>(i)], 0.0, 1.0, pbrPlace + ".baseColorFactor");
     double strength = 1.0;
     if (const auto* extension = extensionOf(source.extensions, "KHR_materials_emissive_strength"))
         strength = numberOf(*extension, "emissiveStrength", 1.0);
@@ -70,7 +79,8 @@ void GltfMaterials::build(const tinygltf::Material& source, const std::string& p
         emission[i] = clamped(source.emissiveFactor[static_cast<std::size_t>(i)] * strength, 0.0, 1e30,
                               place + ".emissiveFactor");
     const Ref<Texture> baseColourTexture = texture(pbr.baseColorTexture, pbrPlace + ".baseColorTexture");
-    const Ref<Texture> metallicRoughness = texture(pbr.metallicRoughnessTexture, pbrPlace + ".metallicRoughnessTexture");
+    const Ref<Texture> metallicRoughness =
+        texture(pbr.metallicRoughnessTexture, pbrPlace + ".metallicRoughnessTexture");
     const Ref<Texture> normal = texture(source.normalTexture, place + ".normalTexture");
     const Ref<Texture> occlusion = texture(source.occlusionTexture, place + ".occlusionTexture");
     const Ref<Texture> emissionTexture = texture(source.emissiveTexture, place + ".emissiveTexture");
@@ -98,7 +108,8 @@ void GltfMaterials::build(const tinygltf::Material& source, const std::string& p
 float GltfMaterials::clamped(double value, double low, double high, const std::string& place) {
     if (value >= low && value <= high) return static_cast<float>(value);
     const double nearest = value < low ? low : high;
-    _context.warnings.add(place + ": " + std::to_string(value) + " is out of range and taken as " + std::to_string(nearest));
+    _context.warnings.add(place + ": " + std::to_string(value) + " is out of range and taken as " +
+                          std::to_string(nearest));
     return static_cast<float>(nearest);
 }
 

@@ -28,8 +28,8 @@ std::vector<Vector> vectorsOf(const std::vector<float>& numbers) {
 void requireFinite(const std::vector<float>& numbers, int components, const std::string& place) {
     for (std::size_t i = 0; i < numbers.size(); ++i)
         if (!std::isfinite(numbers[i]))
-            throw ImportRefused(place, "element " + std::to_string(i / static_cast<std::size_t>(components)) +
-                                           " is not finite");
+            throw ImportRefused(
+                place, "element " + std::to_string(i / static_cast<std::size_t>(components)) + " is not finite");
 }
 
 template <class Vector>
@@ -55,7 +55,8 @@ std::size_t repairNormals(const std::vector<glm::vec3>& positions, const std::ve
     for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
         if (!broken[indices[i]] && !broken[indices[i + 1]] && !broken[indices[i + 2]]) continue;
         const glm::dvec3 a(positions[indices[i]]);
-        const glm::dvec3 face = glm::cross(glm::dvec3(positions[indices[i + 1]]) - a, glm::dvec3(positions[indices[i + 2]]) - a);
+        const glm::dvec3 face =
+            glm::cross(glm::dvec3(positions[indices[i + 1]]) - a, glm::dvec3(positions[indices[i + 2]]) - a);
         if (!isDirection(face)) continue;
         for (int corner = 0; corner < 3; ++corner) {
             const std::uint32_t vertex = indices[i + static_cast<std::size_t>(corner)];
@@ -87,7 +88,8 @@ const std::vector<Ref<Geometry>>& GltfMeshes::mesh(int index) {
     const tinygltf::Mesh& source = _context.model().meshes[static_cast<std::size_t>(index)];
     std::vector<Ref<Geometry>> made;
     for (std::size_t i = 0; i < source.primitives.size(); ++i) {
-        const std::string place = gltfPlace("meshes", static_cast<std::size_t>(index)) + "." + gltfPlace("primitives", i);
+        const std::string place =
+            gltfPlace("meshes", static_cast<std::size_t>(index)) + "." + gltfPlace("primitives", i);
         if (const Ref<Geometry> geometry = primitive(source.primitives[i], place)) made.push_back(geometry);
     }
     return _meshes[index] = std::move(made);
@@ -142,11 +144,13 @@ std::vector<float> GltfMeshes::attribute(const tinygltf::Primitive& source, cons
     if (accessor < 0) return {};
     const std::string where = place + ".attributes." + name;
     if (_context.accessors.count(accessor) != vertices)
-        throw ImportRefused(where, "has " + std::to_string(_context.accessors.count(accessor)) + " elements, POSITION has " +
-                                       std::to_string(vertices));
+        throw ImportRefused(where, "has " + std::to_string(_context.accessors.count(accessor)) +
+                                       " elements, POSITION has " + std::to_string(vertices));
     if (_context.accessors.components(accessor) != components)
         throw ImportRefused(where, "accessor " + std::to_string(accessor) + " is not of type " +
-                                       (components == 2 ? "VEC2" : components == 3 ? "VEC3" : "VEC4"));
+                                       (components == 2   ? "VEC2"
+                                        : components == 3 ? "VEC3"
+                                                          : "VEC4"));
     return _context.accessors.floats(accessor);
 }
 
@@ -173,15 +177,19 @@ bool GltfMeshes::build(const tinygltf::Primitive& source, const std::string& pla
         edit.assign<&Geometry::normals>(normals);
         std::vector<glm::vec4> tangents = vectorsOf<glm::vec4>(attribute(source, "TANGENT", place, count, 4));
         // Tangents count only together with normals (glTF 2.0, section 3.7.2.1).
-        if (repairTangents(tangents)) edit.assign<&Geometry::tangents>(tangents);
-        else _context.warnings.add(place + ".attributes.TANGENT: some have no direction; tangents are ignored");
+        if (repairTangents(tangents))
+            edit.assign<&Geometry::tangents>(tangents);
+        else
+            _context.warnings.add(place + ".attributes.TANGENT: some have no direction; tangents are ignored");
     }
     for (int set = 0; set < 2; ++set) {
         const char* name = set == 0 ? "TEXCOORD_0" : "TEXCOORD_1";
         const std::vector<float> coordinates = attribute(source, name, place, count, 2);
         requireFinite(coordinates, 2, place + ".attributes." + name);
-        if (set == 0) edit.assign<&Geometry::texCoords0>(vectorsOf<glm::vec2>(coordinates));
-        else edit.assign<&Geometry::texCoords1>(vectorsOf<glm::vec2>(coordinates));
+        if (set == 0)
+            edit.assign<&Geometry::texCoords0>(vectorsOf<glm::vec2>(coordinates));
+        else
+            edit.assign<&Geometry::texCoords1>(vectorsOf<glm::vec2>(coordinates));
     }
     if (const int accessor = accessorOf(source, "COLOR_0"); accessor >= 0) {
         const bool hasAlpha = _context.accessors.components(accessor) == 4;
@@ -189,7 +197,8 @@ bool GltfMeshes::build(const tinygltf::Primitive& source, const std::string& pla
         if (_context.accessors.isPlainInteger(accessor)) numbers = _context.accessors.floats(accessor, true);
         requireFinite(numbers, hasAlpha ? 4 : 3, place + ".attributes.COLOR_0");
         std::vector<glm::vec4> colours;
-        if (hasAlpha) colours = vectorsOf<glm::vec4>(numbers);
+        if (hasAlpha)
+            colours = vectorsOf<glm::vec4>(numbers);
         else
             for (const glm::vec3& colour : vectorsOf<glm::vec3>(numbers)) colours.emplace_back(colour, 1.0f);
         edit.assign<&Geometry::colours>(colours);
@@ -204,8 +213,9 @@ std::vector<std::uint32_t> GltfMeshes::triangles(const tinygltf::Primitive& sour
         listed = _context.accessors.indices(source.indices, place + ".indices");
         for (std::size_t i = 0; i < listed.size(); ++i)
             if (listed[i] >= vertices)
-                throw ImportRefused(place + ".indices", "element " + std::to_string(i) + " is " + std::to_string(listed[i]) +
-                                                            ", there are " + std::to_string(vertices) + " vertices");
+                throw ImportRefused(place + ".indices", "element " + std::to_string(i) + " is " +
+                                                            std::to_string(listed[i]) + ", there are " +
+                                                            std::to_string(vertices) + " vertices");
     } else {
         _context.sceneBytes.take(vertices * sizeof(std::uint32_t), place);
         listed.resize(vertices);
@@ -224,10 +234,12 @@ std::vector<std::uint32_t> GltfMeshes::triangles(const tinygltf::Primitive& sour
     std::vector<std::uint32_t> list;
     list.reserve((listed.size() - 2) * 3);
     for (std::size_t i = 0; i + 2 < listed.size(); ++i) {
-        // glTF 2.0, section 3.7.2.1: strip p_i = {v_i, v_(i+(1+i%2)), v_(i+(2-i%2))}; fan p_i = {v_(i+1), v_(i+2), v_0}.
+        // glTF 2.0, section 3.7.2.1: strip p_i = {v_i, v_(i+(1+i%2)), v_(i+(2-i%2))}; fan p_i = {v_(i+1), v_(i+2),
+        // v_0}.
         if (mode == TINYGLTF_MODE_TRIANGLE_STRIP)
             list.insert(list.end(), {listed[i], listed[i + 1 + i % 2], listed[i + 2 - i % 2]});
-        else list.insert(list.end(), {listed[i + 1], listed[i + 2], listed[0]});
+        else
+            list.insert(list.end(), {listed[i + 1], listed[i + 2], listed[0]});
     }
     return list;
 }

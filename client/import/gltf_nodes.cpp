@@ -13,7 +13,9 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-std::string nodePlace(int index) { return gltfPlace("nodes", static_cast<std::size_t>(index)); }
+std::string nodePlace(int index) {
+    return gltfPlace("nodes", static_cast<std::size_t>(index));
+}
 
 int lightOf(const tinygltf::Node& node) {
     const auto found = node.extensions.find("KHR_lights_punctual");
@@ -41,7 +43,8 @@ void normaliseQuaternion(float* quaternion, const std::string& place, ImportWarn
     if (!std::isfinite(squared) || squared < 1e-24) throw ImportRefused(place, "the quaternion has no direction");
     // Floats of unit length are off by 1e-7, quantised ones (16 bits) by 1e-4, 8 bits by 1e-2.
     if (std::abs(squared - 1.0) < 1e-6) return;
-    if (std::abs(squared - 1.0) > 0.03) warnings.add(place + ": the quaternion is not of unit length and is normalised");
+    if (std::abs(squared - 1.0) > 0.03)
+        warnings.add(place + ": the quaternion is not of unit length and is normalised");
     for (int i = 0; i < 4; ++i) quaternion[i] = static_cast<float>(quaternion[i] / std::sqrt(squared));
 }
 
@@ -54,17 +57,20 @@ Ref<Node> GltfNodes::build(const std::string& sceneName) {
     for (const int root : roots) children.push_back(buildNode(root, 0));
     _context.scene.edit(scene).assign<&Node::children>(children);
 
-    // A light acts on what is below its node, and glTF's lights act on everything: so their nodes form a chain above the
-    // scene, and each stands where its glTF node, its beacon, does.
+    // A light acts on what is below its node, and glTF's lights act on everything: so their nodes form a chain above
+    // the scene, and each stands where its glTF node, its beacon, does.
     if (_lightNodes.size() > _context.limits.depth)
-        throw ImportRefused("extensions.KHR_lights_punctual", "more than " + std::to_string(_context.limits.depth) + " lights");
+        throw ImportRefused("extensions.KHR_lights_punctual",
+                            "more than " + std::to_string(_context.limits.depth) + " lights");
     Ref<Node> top = scene;
     for (auto it = _lightNodes.rbegin(); it != _lightNodes.rend(); ++it) {
         const auto [node, lightIndex] = *it;
         const tinygltf::Light& source = _context.model().lights[static_cast<std::size_t>(lightIndex)];
         const std::string& nodeName = _context.model().nodes[static_cast<std::size_t>(node)].name;
-        const Ref<Container> core = light(lightIndex, source.name.empty() ? nodeName : source.name, _nodes.at(node));
-        const Ref<Node> above = _context.scene.create<Node>("light " + (source.name.empty() ? nodeName : source.name));
+        std::string name = source.name.empty() ? nodeName : source.name;
+        if (name.empty()) name = "light " + std::to_string(lightIndex);
+        const Ref<Container> core = light(lightIndex, name, _nodes.at(node));
+        const Ref<Node> above = _context.scene.create<Node>(name);
         auto edit = _context.scene.edit(above);
         edit.set<&Node::core>(core);
         edit.append<&Node::children>(top);
@@ -134,7 +140,8 @@ Ref<Node> GltfNodes::buildNode(int index, std::uint32_t depth) {
     if (depth > _context.limits.depth)
         throw ImportRefused(nodePlace(index), "lies deeper than " + std::to_string(_context.limits.depth) + " nodes");
     if (_context.scene.containerCount() > _context.limits.containers)
-        throw ImportRefused(nodePlace(index), "the scene has more than " + std::to_string(_context.limits.containers) + " parts");
+        throw ImportRefused(nodePlace(index),
+                            "the scene has more than " + std::to_string(_context.limits.containers) + " parts");
     const tinygltf::Node& source = _context.model().nodes[static_cast<std::size_t>(index)];
     const Ref<Node> node = _context.scene.create<Node>(source.name);
     const Ref<Transform> transform = _context.scene.create<Transform>();
@@ -188,7 +195,8 @@ void GltfNodes::place(const tinygltf::Node& source, const std::string& where, Re
             for (std::size_t row = 0; row < 3; ++row)
                 linear[column * 3 + row] = axes[static_cast<int>(column)][static_cast<int>(row)] *
                                            (source.scale.empty() ? 1.0 : source.scale[column]);
-        for (std::size_t row = 0; row < 3 && !source.translation.empty(); ++row) translation[row] = source.translation[row];
+        for (std::size_t row = 0; row < 3 && !source.translation.empty(); ++row)
+            translation[row] = source.translation[row];
     }
     requireFinite(linear, where);
     requireFinite(translation, where);
@@ -210,7 +218,8 @@ std::vector<Ref<Container>> GltfNodes::cameras() {
         const std::string name = source.name.empty() ? "camera " + std::to_string(made.size()) : source.name;
         if (source.type == "perspective") {
             const auto& lens = source.perspective;
-            if (!(lens.yfov > 0.0 && lens.yfov < kPi)) throw ImportRefused(where + ".perspective.yfov", "is not within 0 and pi");
+            if (!(lens.yfov > 0.0 && lens.yfov < kPi))
+                throw ImportRefused(where + ".perspective.yfov", "is not within 0 and pi");
             if (!(lens.znear > 0.0)) throw ImportRefused(where + ".perspective.znear", "is not positive");
             if (lens.zfar != 0.0 && !(lens.zfar > lens.znear))
                 throw ImportRefused(where + ".perspective.zfar", "is not beyond znear");
@@ -224,7 +233,8 @@ std::vector<Ref<Container>> GltfNodes::cameras() {
             made.emplace_back(camera.id);
         } else {
             const auto& box = source.orthographic;
-            if (box.xmag == 0.0 || box.ymag == 0.0) throw ImportRefused(where + ".orthographic", "xmag or ymag is zero");
+            if (box.xmag == 0.0 || box.ymag == 0.0)
+                throw ImportRefused(where + ".orthographic", "xmag or ymag is zero");
             if (!(box.zfar > box.znear)) throw ImportRefused(where + ".orthographic.zfar", "is not beyond znear");
             const Ref<OrthographicCamera> camera = _context.scene.create<OrthographicCamera>(name);
             auto edit = _context.scene.edit(camera);

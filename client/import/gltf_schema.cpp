@@ -17,13 +17,13 @@ using nlohmann::json;
 
 enum class Kind {
     Boolean,
-    Integer,   // within [low, high]
-    Number,    // within [low, high]
-    Numbers,   // `count` of them (0: any number), each within [low, high]
+    Integer,  // within [low, high]
+    Number,   // within [low, high]
+    Numbers,  // `count` of them (0: any number), each within [low, high]
     Text,
     Texts,
-    OneOf,     // a text or an integer among those in target, separated by |
-    Index,     // into the array named by target
+    OneOf,  // a text or an integer among those in target, separated by |
+    Index,  // into the array named by target
     Indices,
     IndexMap,  // an object whose values are indices
     Object,    // of the type named by target
@@ -196,23 +196,26 @@ constexpr Property kSchema[] = {
 };
 
 class SchemaCheck {
-   public:
+ public:
     explicit SchemaCheck(json& document) : _document(document) {
         for (const Property& property : kSchema) _properties[property.object].push_back(&property);
     }
 
     void checkDocument() { checkObject(_document, "glTF", ""); }
 
-   private:
+ private:
     void checkObject(json& object, std::string_view type, const std::string& place) {
         if (!object.is_object()) throw ImportRefused(place.empty() ? "the document" : place, "is not a JSON object");
         const auto found = _properties.find(type);
         if (found == _properties.end()) return;
         for (const Property* property : found->second) {
-            const std::string inside = place.empty() ? std::string(property->name) : place + "." + std::string(property->name);
+            const std::string inside =
+                place.empty() ? std::string(property->name) : place + "." + std::string(property->name);
             const auto member = object.find(property->name);
-            if (member != object.end()) checkValue(*member, *property, inside);
-            else if (property->required) throw ImportRefused(inside, "is missing");
+            if (member != object.end())
+                checkValue(*member, *property, inside);
+            else if (property->required)
+                throw ImportRefused(inside, "is missing");
         }
     }
 
@@ -221,12 +224,24 @@ class SchemaCheck {
             case Kind::Boolean:
                 if (!value.is_boolean()) throw ImportRefused(place, "is neither true nor false");
                 break;
-            case Kind::Integer: checkInteger(value, property.low, property.high, place); break;
-            case Kind::Number: checkNumber(value, property, place); break;
-            case Kind::Text: checkText(value, place); break;
-            case Kind::OneOf: checkOneOf(value, property.target, place); break;
-            case Kind::Index: checkIndex(value, property.target, place); break;
-            case Kind::Object: checkObject(value, property.target, place); break;
+            case Kind::Integer:
+                checkInteger(value, property.low, property.high, place);
+                break;
+            case Kind::Number:
+                checkNumber(value, property, place);
+                break;
+            case Kind::Text:
+                checkText(value, place);
+                break;
+            case Kind::OneOf:
+                checkOneOf(value, property.target, place);
+                break;
+            case Kind::Index:
+                checkIndex(value, property.target, place);
+                break;
+            case Kind::Object:
+                checkObject(value, property.target, place);
+                break;
             case Kind::IndexMap:
                 if (!value.is_object()) throw ImportRefused(place, "is not a JSON object");
                 for (auto& [name, index] : value.items()) checkIndex(index, property.target, place + "." + name);
@@ -234,7 +249,9 @@ class SchemaCheck {
             case Kind::Numbers:
             case Kind::Texts:
             case Kind::Indices:
-            case Kind::Objects: checkArray(value, property, place); break;
+            case Kind::Objects:
+                checkArray(value, property, place);
+                break;
         }
     }
 
@@ -245,10 +262,14 @@ class SchemaCheck {
                                            std::to_string(property.count));
         for (std::size_t i = 0; i < array.size(); ++i) {
             const std::string inside = place + "[" + std::to_string(i) + "]";
-            if (property.kind == Kind::Numbers) checkNumber(array[i], property, inside);
-            else if (property.kind == Kind::Texts) checkText(array[i], inside);
-            else if (property.kind == Kind::Indices) checkIndex(array[i], property.target, inside);
-            else checkObject(array[i], property.target, inside);
+            if (property.kind == Kind::Numbers)
+                checkNumber(array[i], property, inside);
+            else if (property.kind == Kind::Texts)
+                checkText(array[i], inside);
+            else if (property.kind == Kind::Indices)
+                checkIndex(array[i], property.target, inside);
+            else
+                checkObject(array[i], property.target, inside);
         }
     }
 
@@ -296,7 +317,8 @@ class SchemaCheck {
     std::size_t sizeOf(std::string_view array) {
         const auto known = _sizes.find(array);
         if (known != _sizes.end()) return known->second;
-        const json::json_pointer path(array == "lights" ? "/extensions/KHR_lights_punctual/lights" : "/" + std::string(array));
+        const json::json_pointer path(array == "lights" ? "/extensions/KHR_lights_punctual/lights"
+                                                        : "/" + std::string(array));
         const bool exists = _document.contains(path) && _document.at(path).is_array();
         return _sizes[array] = exists ? _document.at(path).size() : 0;
     }
@@ -308,6 +330,8 @@ class SchemaCheck {
 
 }  // namespace
 
-void checkGltfSchema(json& document) { SchemaCheck(document).checkDocument(); }
+void checkGltfSchema(json& document) {
+    SchemaCheck(document).checkDocument();
+}
 
 }  // namespace umbriel

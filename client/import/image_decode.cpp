@@ -36,7 +36,8 @@ DecodedImage decodeImage(std::span<const std::byte> encoded, std::uint32_t large
         throw ImportRefused(place, std::to_string(width) + " x " + std::to_string(height) + " texels are too many, " +
                                        std::to_string(largestSide) + " a side is the limit");
     const int wanted = channels == 2 || channels == 4 ? 4 : 3;
-    DecodedImage image{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), wanted, {}, channels <= 2};
+    DecodedImage image{
+        static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), wanted, {}, channels <= 2};
     const std::size_t texelBytes = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * wanted;
     sceneBytes.take(texelBytes, place);
     const std::unique_ptr<stbi_uc, void (*)(void*)> texels(

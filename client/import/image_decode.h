@@ -12,7 +12,8 @@
 
 namespace umbriel {
 
-// A decoded picture: first row first, 3 (RGB) or 4 (RGBA) bytes a texel; grey is widened so that every texture reads alike.
+// A decoded picture: first row first, 3 (RGB) or 4 (RGBA) bytes a texel; grey is widened so that every texture reads
+// alike.
 struct DecodedImage {
     std::uint32_t width = 0;
     std::uint32_t height = 0;

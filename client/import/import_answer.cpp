@@ -15,12 +15,14 @@ namespace umbriel {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 9;
-constexpr std::size_t kBlobHeaderBytes = 20;             // hash low, hash high, element size
-constexpr std::uint64_t kMaxMessageBytes = 64 << 20;     // of any message but a blob: parts are about 1 MiB
+constexpr std::size_t kBlobHeaderBytes = 20;          // hash low, hash high, element size
+constexpr std::uint64_t kMaxMessageBytes = 64 << 20;  // of any message but a blob: parts are about 1 MiB
 constexpr std::uint64_t kLongestText = 4096;
 constexpr std::size_t kPieceBytes = 256 * 1024;
 
-std::span<const std::byte> bytesOf(const std::string& text) { return std::as_bytes(std::span(text)); }
+std::span<const std::byte> bytesOf(const std::string& text) {
+    return std::as_bytes(std::span(text));
+}
 
 std::string textOf(std::span<const std::byte> bytes) {
     std::string text;
@@ -87,13 +89,13 @@ bool AnswerWriter::write(std::span<const std::byte> bytes) {
 
 // The state of a scene on its way in.
 class AnswerReader::Decoding {
-   public:
+ public:
     Decoding(Aspect& into, const wire::DecodeLimits& limits) : _decoder(into, limits) {}
 
     Result<void> part(std::span<const std::byte> bytes) { return _decoder.apply(bytes, _blobs); }
     void put(wire::Blob blob) { _blobs.put(std::move(blob)); }
 
-   private:
+ private:
     wire::BlobStore _blobs;
     wire::ChangeDecoder _decoder;
 };
@@ -101,7 +103,9 @@ class AnswerReader::Decoding {
 AnswerReader::AnswerReader(int descriptor, std::chrono::steady_clock::time_point deadline, std::uint64_t maxBytes)
     : _descriptor(descriptor), _deadline(deadline), _bytesLeft(maxBytes) {}
 
-AnswerReader::~AnswerReader() { close(_descriptor); }
+AnswerReader::~AnswerReader() {
+    close(_descriptor);
+}
 
 AnswerReader::Got AnswerReader::fill(std::span<std::byte> bytes) {
     while (!bytes.empty()) {
@@ -152,17 +156,23 @@ AnswerReader::End AnswerReader::read(Aspect& into, std::size_t maxContainers) {
                 if (_warnings.size() >= ImportWarnings::kMax) return malformed("there are too many warnings");
                 _warnings.push_back(textOf(payload));
                 break;
-            case AnswerKind::BadInput: _error = badInput(textOf(payload)); return End::Error;
-            case AnswerKind::Failure: _error = failure(textOf(payload)); return End::Error;
+            case AnswerKind::BadInput:
+                _error = badInput(textOf(payload));
+                return End::Error;
+            case AnswerKind::Failure:
+                _error = failure(textOf(payload));
+                return End::Error;
             case AnswerKind::Part:
-                if (const Result<void> applied = decoding.part(payload); !applied) return malformed(applied.error().message);
+                if (const Result<void> applied = decoding.part(payload); !applied)
+                    return malformed(applied.error().message);
                 break;
             case AnswerKind::Done: {
                 wire::Reader reader(payload);
                 _scene = Ref<LoadedScene>(ContainerId{reader.u64()});
                 return reader.atEnd() ? End::Done : malformed("the last message is malformed");
             }
-            default: return malformed("a message is of no known kind");
+            default:
+                return malformed("a message is of no known kind");
         }
     }
 }

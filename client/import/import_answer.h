@@ -21,7 +21,7 @@ enum class AnswerKind : std::uint8_t { Warning = 1, Blob = 2, Part = 3, Done = 4
 
 // The import process' end. Each function is false when the client is gone.
 class AnswerWriter {
-   public:
+ public:
     explicit AnswerWriter(int descriptor) : _descriptor(descriptor) {}
 
     bool warning(const std::string& text);
@@ -29,7 +29,7 @@ class AnswerWriter {
     // The whole aspect, then the end of the answer.
     bool scene(const Aspect& scene, Ref<LoadedScene> loaded);
 
-   private:
+ private:
     bool message(AnswerKind kind, std::span<const std::byte> payload);
     bool header(AnswerKind kind, std::uint64_t length);
     bool write(std::span<const std::byte> bytes);
@@ -39,7 +39,7 @@ class AnswerWriter {
 
 // The client's end. Takes the descriptor over.
 class AnswerReader {
-   public:
+ public:
     // After the deadline nothing more is read; of more than maxBytes nothing more is kept.
     AnswerReader(int descriptor, std::chrono::steady_clock::time_point deadline, std::uint64_t maxBytes);
     ~AnswerReader();
@@ -60,7 +60,7 @@ class AnswerReader {
     const std::vector<std::string>& warnings() const { return _warnings; }
     const Error& error() const { return _error; }
 
-   private:
+ private:
     enum class Got { All, Closed, Late };
     Got fill(std::span<std::byte> bytes);
     End malformed(std::string reason);

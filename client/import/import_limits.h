@@ -10,14 +10,14 @@ namespace umbriel {
 // What a scene file may cost. Files come by mail and from the net; these bounds are checked before memory is asked for,
 // and the import process has the hard ones from the operating system.
 struct ImportLimits {
-    std::uint64_t fileBytes = std::uint64_t{1} << 30;      // the file and everything it names, together
-    std::uint64_t sceneBytes = std::uint64_t{1} << 30;     // decoded vertices, indices, keys and texels
-    std::uint64_t processBytes = std::uint64_t{2} << 30;   // address space of the import process
-    std::chrono::seconds cpuTime{60};                      // of the import process
-    std::chrono::seconds wallTime{60};                     // until the import process is ended
-    std::uint32_t containers = 1'000'000;                  // nodes, geometries, materials, ... of the scene
-    std::uint32_t imageSide = 16'384;                      // texels
-    std::uint32_t depth = 1'000;                           // of nodes below each other
+    std::uint64_t fileBytes = std::uint64_t{1} << 30;     // the file and everything it names, together
+    std::uint64_t sceneBytes = std::uint64_t{1} << 30;    // decoded vertices, indices, keys and texels
+    std::uint64_t processBytes = std::uint64_t{2} << 30;  // address space of the import process
+    std::chrono::seconds cpuTime{60};                     // of the import process
+    std::chrono::seconds wallTime{60};                    // until the import process is ended
+    std::uint32_t containers = 1'000'000;                 // nodes, geometries, materials, ... of the scene
+    std::uint32_t imageSide = 16'384;                     // texels
+    std::uint32_t depth = 1'000;                          // of nodes below each other
     // The program that is the import process, and its first arguments; `umbriel import-child` by default. The process
     // gets the arguments of importChildArguments() on top.
     std::vector<std::string> childCommand = {"/proc/self/exe", "import-child"};

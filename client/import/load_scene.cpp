@@ -28,7 +28,8 @@ using SteadyTime = std::chrono::steady_clock::time_point;
 constexpr int kAnswerDescriptor = 3;
 
 Result<void> checkFile(const std::string& file) {
-    if (isPlyFile(file)) return badInput(file + ": PLY files cannot be loaded in this version; convert it to OBJ or glTF");
+    if (isPlyFile(file))
+        return badInput(file + ": PLY files cannot be loaded in this version; convert it to OBJ or glTF");
     if (!isGltfFile(file) && !isObjFile(file))
         return badInput(file + ": the kind of file is not known; .gltf, .glb and .obj can be loaded");
     struct stat status {};
@@ -42,7 +43,7 @@ Result<void> checkFile(const std::string& file) {
 
 // The import process; ended and collected with this object.
 class ChildProcess {
-   public:
+ public:
     ChildProcess() = default;
     ~ChildProcess() {
         if (_process > 0) end();
@@ -70,7 +71,8 @@ class ChildProcess {
         posix_spawnattr_setsigmask(&attributes, &none);
         posix_spawnattr_setsigdefault(&attributes, &all);
         posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-        const int error = posix_spawn(&_process, command.front().c_str(), &actions, &attributes, arguments.data(), environ);
+        const int error =
+            posix_spawn(&_process, command.front().c_str(), &actions, &attributes, arguments.data(), environ);
         posix_spawnattr_destroy(&attributes);
         posix_spawn_file_actions_destroy(&actions);
         if (error != 0) _process = -1;
@@ -97,7 +99,7 @@ class ChildProcess {
         return status;
     }
 
-   private:
+ private:
     pid_t _process = -1;
 };
 
@@ -115,7 +117,7 @@ Error endOf(int status, const std::string& file, const ImportLimits& limits) {
 
 // Copies what an aspect holds into another one under fresh ids, as edits there. Large fields share their memory.
 class SceneTransfer {
-   public:
+ public:
     SceneTransfer(const Aspect& from, Aspect& into, IdSource& ids) : _from(from), _into(into), _ids(ids) {}
 
     ContainerId run(ContainerId wanted) {
@@ -131,17 +133,19 @@ class SceneTransfer {
         return fresh(wanted);
     }
 
-   private:
+ private:
     ContainerId fresh(ContainerId id) const { return id ? _fresh.at(id) : id; }
 
     void copy(RawEdit& raw, const Container& source) const {
         const ContainerId id = fresh(source.id());
         const auto& fields = source.type().fields;
         for (std::uint32_t i = 0; i < fields.size(); ++i) {
-            if (fields[i].isMulti) copyMulti(raw, id, i, fields[i].kind, fields[i].multi(source));
+            if (fields[i].isMulti)
+                copyMulti(raw, id, i, fields[i].kind, fields[i].multi(source));
             else if (fields[i].kind == ElementKind::String) {
                 if (!fields[i].text(source).empty()) raw.setText(id, i, fields[i].text(source));
-            } else copySingle(raw, id, i, fields[i], source);
+            } else
+                copySingle(raw, id, i, fields[i], source);
         }
     }
 
@@ -159,7 +163,8 @@ class SceneTransfer {
         raw.setSingle(id, index, {static_cast<const std::byte*>(value), size});
     }
 
-    void copyMulti(RawEdit& raw, ContainerId id, std::uint32_t index, ElementKind kind, const MultiStorage& source) const {
+    void copyMulti(RawEdit& raw, ContainerId id, std::uint32_t index, ElementKind kind,
+                   const MultiStorage& source) const {
         if (source.size() == 0) return;
         if (kind != ElementKind::Id) return raw.assignMulti(id, index, source);
         std::vector<ContainerId> targets(source.size());
@@ -180,7 +185,8 @@ class SceneTransfer {
 Result<LoadedFile> loadScene(const std::string& file, Aspect& into, IdSource& ids, const ImportLimits& limits) {
     if (const Result<void> usable = checkFile(file); !usable) return usable.error();
     int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0) return failure("cannot make a pipe to the import process: " + std::string(std::strerror(errno)));
+    if (pipe2(ends, O_CLOEXEC) != 0)
+        return failure("cannot make a pipe to the import process: " + std::string(std::strerror(errno)));
     // dup2 onto itself would keep the close-on-exec flag.
     if (ends[1] == kAnswerDescriptor) {
         const int moved = fcntl(ends[1], F_DUPFD_CLOEXEC, kAnswerDescriptor + 1);
@@ -190,7 +196,8 @@ Result<LoadedFile> loadScene(const std::string& file, Aspect& into, IdSource& id
     const SteadyTime deadline = std::chrono::steady_clock::now() + limits.wallTime;
     AnswerReader answer(ends[0], deadline, limits.sceneBytes * 2 + (std::uint64_t{64} << 20));
     std::vector<std::string> command = limits.childCommand;
-    for (std::string& argument : importChildArguments(file, limits, kAnswerDescriptor)) command.push_back(std::move(argument));
+    for (std::string& argument : importChildArguments(file, limits, kAnswerDescriptor))
+        command.push_back(std::move(argument));
     ChildProcess child;
     const int startError = child.start(command, ends[1]);
     close(ends[1]);
@@ -202,7 +209,8 @@ Result<LoadedFile> loadScene(const std::string& file, Aspect& into, IdSource& id
     IdSource scratchIds;
     Aspect scratch(types, scratchIds);
     switch (answer.read(scratch, limits.containers * std::size_t{2})) {
-        case AnswerReader::End::Done: break;
+        case AnswerReader::End::Done:
+            break;
         case AnswerReader::End::Error: {
             Error error = answer.error();
             error.message = file + ": " + error.message;
@@ -213,11 +221,13 @@ Result<LoadedFile> loadScene(const std::string& file, Aspect& into, IdSource& id
                            " s; the file is too large or made to be slow");
         case AnswerReader::End::Malformed:
             return failure(file + ": the import process answered nonsense: " + answer.error().message);
-        case AnswerReader::End::Closed: return endOf(child.wait(deadline), file, limits);
+        case AnswerReader::End::Closed:
+            return endOf(child.wait(deadline), file, limits);
     }
     // Nodes, above them the lights, below them the leaves with their geometry.
     const Result<void> valid = validateLoadedScene(scratch, answer.scene(), limits.depth * 2 + 3);
-    if (!valid) return failure(file + ": the import process answered with an impossible scene: " + valid.error().message);
+    if (!valid)
+        return failure(file + ": the import process answered with an impossible scene: " + valid.error().message);
     LoadedFile loaded;
     loaded.scene = Ref<LoadedScene>(SceneTransfer(scratch, into, ids).run(answer.scene()));
     loaded.warnings = answer.warnings();

@@ -15,10 +15,10 @@ struct LoadedFile {
     std::vector<std::string> warnings;  // one line each, without the file's name
 };
 
-// Loads a scene file (.gltf, .glb, .obj) into an aspect, for its next commit, with ids from the source. The file is parsed
-// in a child process under limits, and its answer is validated here; on an error nothing has changed. Errors name the
-// file and the place in it: bad input for what is wrong with the file, failure for what is wrong with the machine.
-// Blocks until the file is loaded or limits.wallTime has passed.
+// Loads a scene file (.gltf, .glb, .obj) into an aspect, for its next commit, with ids from the source. The file is
+// parsed in a child process under limits, and its answer is validated here; on an error nothing has changed. Errors
+// name the file and the place in it: bad input for what is wrong with the file, failure for what is wrong with the
+// machine. Blocks until the file is loaded or limits.wallTime has passed.
 Result<LoadedFile> loadScene(const std::string& file, Aspect& into, IdSource& ids, const ImportLimits& limits = {});
 
 }  // namespace umbriel

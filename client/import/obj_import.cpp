@@ -15,11 +15,13 @@ namespace {
 
 constexpr double kLargest = 1e30;
 
-bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+bool isBlank(char c) {
+    return c == ' ' || c == '\t' || c == '\r';
+}
 
 // tinyobjloader reads what is no number as 0, so the numbers of vertices are checked first, where the line is known.
 class VertexLines {
-   public:
+ public:
     explicit VertexLines(std::string_view text) : _text(text) {}
 
     // Throws ImportRefused.
@@ -32,7 +34,7 @@ class VertexLines {
         }
     }
 
-   private:
+ private:
     static void checkLine(std::string_view line, std::size_t number) {
         std::string_view rest = line;
         const std::string_view keyword = nextWord(rest);
@@ -40,7 +42,8 @@ class VertexLines {
         if (needed == 0) return;
         const std::string place = "line " + std::to_string(number);
         std::size_t count = 0;
-        for (std::string_view word = nextWord(rest); !word.empty() && word.front() != '#'; word = nextWord(rest), ++count) {
+        for (std::string_view word = nextWord(rest); !word.empty() && word.front() != '#';
+             word = nextWord(rest), ++count) {
             if (word.front() == '+') word.remove_prefix(1);
             double value = 0.0;
             const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -51,8 +54,8 @@ class VertexLines {
                 throw ImportRefused(place, "'" + std::string(word.substr(0, 40)) + "' is not a finite coordinate");
         }
         if (count < needed)
-            throw ImportRefused(place, "has " + std::to_string(count) + " numbers where " + std::to_string(needed) +
-                                           " are needed");
+            throw ImportRefused(
+                place, "has " + std::to_string(count) + " numbers where " + std::to_string(needed) + " are needed");
     }
 
     static std::string_view nextWord(std::string_view& rest) {
@@ -81,11 +84,11 @@ void dropTrailingSlashes(std::string& text) {
 
 // Reads MTL libraries from the file's folder only; a missing one costs the materials, not the scene.
 class ConfinedMaterialReader final : public tinyobj::MaterialReader {
-   public:
+ public:
     ConfinedMaterialReader(SourceFolder& folder, ImportWarnings& warnings) : _folder(folder), _warnings(warnings) {}
 
-    bool operator()(const std::string& name, std::vector<tinyobj::material_t>* materials, std::map<std::string, int>* byName,
-                    std::string*, std::string*) override {
+    bool operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
+                    std::map<std::string, int>* byName, std::string*, std::string*) override {
         try {
             const std::vector<std::byte> bytes = _folder.read(name, "mtllib", false);
             std::istringstream text(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
@@ -99,7 +102,7 @@ class ConfinedMaterialReader final : public tinyobj::MaterialReader {
         return true;
     }
 
-   private:
+ private:
     SourceFolder& _folder;
     ImportWarnings& _warnings;
 };
@@ -123,7 +126,7 @@ struct CornerHash {
 
 // The faces of one shape that share a material, with one vertex for each combination of indices.
 class GeometryBuilder {
-   public:
+ public:
     GeometryBuilder(const tinyobj::attrib_t& attributes, ByteBudget& sceneBytes)
         : _attributes(attributes), _sceneBytes(sceneBytes) {}
 
@@ -179,7 +182,7 @@ class GeometryBuilder {
         return made;
     }
 
-   private:
+ private:
     static void requireIndex(int index, std::size_t count, const char* what, const std::string& place) {
         if (index < 0 || static_cast<std::size_t>(index) >= count)
             throw ImportRefused(place, "names " + std::string(what) + " " + std::to_string(index + 1) + ", there are " +
@@ -209,7 +212,8 @@ std::vector<std::string> linesOf(const std::string& text) {
 }
 
 Ref<Node> createShape(const tinyobj::shape_t& shape, const tinyobj::attrib_t& attributes, Aspect& scene,
-                      const std::vector<tinyobj::material_t>& sources, ObjMaterials& materials, ByteBudget& sceneBytes) {
+                      const std::vector<tinyobj::material_t>& sources, ObjMaterials& materials,
+                      ByteBudget& sceneBytes) {
     std::map<int, GeometryBuilder> builders;
     std::size_t at = 0;
     for (std::size_t face = 0; face < shape.mesh.num_face_vertices.size(); ++face) {
@@ -217,7 +221,8 @@ Ref<Node> createShape(const tinyobj::shape_t& shape, const tinyobj::attrib_t& at
         const std::string place = "object '" + shape.name + "', triangle " + std::to_string(face);
         if (corners == 3 && at + 3 <= shape.mesh.indices.size()) {
             const int material = face < shape.mesh.material_ids.size() ? shape.mesh.material_ids[face] : -1;
-            builders.try_emplace(material, attributes, sceneBytes).first->second.addTriangle(&shape.mesh.indices[at], place);
+            builders.try_emplace(material, attributes, sceneBytes)
+                .first->second.addTriangle(&shape.mesh.indices[at], place);
         }
         at += corners;
     }
@@ -236,7 +241,8 @@ Ref<Node> createShape(const tinyobj::shape_t& shape, const tinyobj::attrib_t& at
 
 }  // namespace
 
-Ref<LoadedScene> importObj(const std::string& file, Aspect& scene, const ImportLimits& limits, ImportWarnings& warnings) {
+Ref<LoadedScene> importObj(const std::string& file, Aspect& scene, const ImportLimits& limits,
+                           ImportWarnings& warnings) {
     ByteBudget fileBytes(limits.fileBytes, "file and those it names");
     ByteBudget sceneBytes(limits.sceneBytes, "scene");
     SourceFolder folder(file, fileBytes);
@@ -265,7 +271,8 @@ Ref<LoadedScene> importObj(const std::string& file, Aspect& scene, const ImportL
             warnings.add("points and lines are not drawn");
         if (scene.containerCount() > limits.containers)
             throw ImportRefused("the scene has more than " + std::to_string(limits.containers) + " parts");
-        if (const Ref<Node> node = createShape(shape, attributes, scene, sources, materials, sceneBytes)) nodes.push_back(node);
+        if (const Ref<Node> node = createShape(shape, attributes, scene, sources, materials, sceneBytes))
+            nodes.push_back(node);
     }
     const Ref<Node> root = scene.create<Node>(folder.fileName());
     scene.edit(root).assign<&Node::children>(nodes);

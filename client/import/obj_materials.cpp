@@ -78,7 +78,8 @@ Ref<Texture> ObjMaterials::texture(std::string name, const tinyobj::texture_opti
     const Ref<Texture> made = _scene.create<Texture>(name);
     auto edit = _scene.edit(made);
     edit.set<&Texture::image>(known.image);
-    // MTL: t = scale * v + offset with the origin at the lower left. Geometry holds 1 - v, so the offset turns over, too.
+    // MTL: t = scale * v + offset with the origin at the lower left. Geometry holds 1 - v, so the offset turns over,
+    // too.
     const glm::vec2 scale(options.scale[0], options.scale[1]);
     const glm::vec2 offset(options.origin_offset[0], 1.0f - scale.y - options.origin_offset[1]);
     if (std::isfinite(scale.x + scale.y + offset.x + offset.y)) {
@@ -97,7 +98,8 @@ const ObjMaterials::KnownImage& ObjMaterials::image(const std::string& name, con
     if (known != _images.end()) return known->second;
     KnownImage made;
     try {
-        const DecodedImage decoded = decodeImage(_folder.read(name, place, false), _limits.imageSide, _sceneBytes, place);
+        const DecodedImage decoded =
+            decodeImage(_folder.read(name, place, false), _limits.imageSide, _sceneBytes, place);
         made = {createImage(_scene, decoded, name), decoded.isGrey};
     } catch (const ImportRefused& reason) {
         _warnings.add(std::string(reason.what()) + "; the texture is left out");

@@ -18,7 +18,7 @@ namespace umbriel {
 
 // Materials of MTL libraries, made when they are first used.
 class ObjMaterials {
-   public:
+ public:
     ObjMaterials(SourceFolder& folder, Aspect& scene, const ImportLimits& limits, ByteBudget& sceneBytes,
                  ImportWarnings& warnings)
         : _folder(folder), _scene(scene), _limits(limits), _sceneBytes(sceneBytes), _warnings(warnings) {}
@@ -26,7 +26,7 @@ class ObjMaterials {
     // index -1 (or one that does not exist): the default, a matte grey.
     Ref<Material> material(const std::vector<tinyobj::material_t>& sources, int index);
 
-   private:
+ private:
     void build(const tinyobj::material_t& source, Ref<Material> target);
     Ref<Texture> texture(std::string name, const tinyobj::texture_option_t& options, const std::string& place,
                          bool isNormalMap = false);

@@ -49,8 +49,8 @@ void addLowerBody(CarMeshes& car) {
                                    glm::vec2(2.1f, 0.30f)};
     constexpr std::array kHalfWidth = {glm::vec2(-2.1f, 0.74f), glm::vec2(-1.2f, 0.84f), glm::vec2(1.1f, 0.85f),
                                        glm::vec2(2.1f, 0.70f)};
-    constexpr int kStations = 72;
-    constexpr int kAround = 40;
+    constexpr int kStations = 96;
+    constexpr int kAround = 56;
     const auto first = static_cast<std::uint32_t>(car.paint.positions.size());
     for (int station = 0; station <= kStations; ++station) {
         const float x = -kHalfLength * std::cos(3.14159265f * static_cast<float>(station) / kStations);
@@ -62,9 +62,15 @@ void addLowerBody(CarMeshes& car) {
         const float halfWidth = along(kHalfWidth, x) * (0.55f + 0.45f * closing) * (closing > 0 ? 1 : 0);
         for (int i = 0; i < kAround; ++i) {
             const float angle = 6.2831853f * static_cast<float>(i) / kAround;
-            car.paint.addVertex({x, middle + halfHeight * signedPower(std::sin(angle), 0.55f),
-                                 halfWidth * signedPower(std::cos(angle), 0.5f)},
-                                {0, 0, 0}, glm::vec4(1.0f));
+            glm::vec3 position(x, middle + halfHeight * signedPower(std::sin(angle), 0.55f),
+                               halfWidth * signedPower(std::cos(angle), 0.5f));
+            // Room for the wheels; the flares cover its edge.
+            for (const float axle : {kAxleFront, kAxleRear}) {
+                const float away = glm::distance(glm::vec2(x, position.y), glm::vec2(axle, kWheelRadius + 0.02f));
+                const float room = 0.62f + 0.3f * glm::smoothstep(0.31f, 0.41f, away);
+                if (away < 0.41f) position.z = std::clamp(position.z, -room, room);
+            }
+            car.paint.addVertex(position, {0, 0, 0}, glm::vec4(1.0f));
         }
     }
     for (int station = 0; station < kStations; ++station)
@@ -133,7 +139,7 @@ void addDetails(CarMeshes& car) {
                            40, white);
             const glm::mat4 toSide = glm::rotate(glm::mat4(1.0f), side * 1.57079633f, glm::vec3(1, 0, 0));
             car.trim.append(house,
-                            glm::translate(glm::mat4(1.0f), {axle, kWheelRadius + 0.02f, side * 0.81f}) * toSide);
+                            glm::translate(glm::mat4(1.0f), {axle, kWheelRadius + 0.02f, side * 0.62f}) * toSide);
 
             constexpr int kArc = 28;
             constexpr int kTube = 10;
@@ -340,7 +346,7 @@ Ref<LoadedScene> buildCar(Aspect& aspect) {
     for (const Mount& mount : {Mount{"front left", kAxleFront, -1.0f}, Mount{"front right", kAxleFront, 1.0f},
                                Mount{"rear left", kAxleRear, -1.0f}, Mount{"rear right", kAxleRear, 1.0f}}) {
         // The front wheels are turned into the bend; a left wheel is a right one turned round.
-        const float steer = mount.axle == kAxleFront ? 0.30f : 0.0f;
+        const float steer = mount.axle == kAxleFront ? 0.22f : 0.0f;
         const Ref<Node> hub =
             kit.place(car, std::string(mount.name) + " hub", {mount.axle, kWheelRadius, mount.side * (kTrack + 0.02)},
                       turned(steer + (mount.side < 0.0f ? 3.14159265f : 0.0f), {0, 1, 0}));

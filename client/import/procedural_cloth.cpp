@@ -22,15 +22,15 @@ constexpr int kPoints = kCells + 1;
 class ClothSimulation {
  public:
     ClothSimulation() : _positions(kPoints * kPoints), _previous(kPoints * kPoints) {
-        // Tiny bumps decide where folds begin; the cloth starts turned against the view, not quite centred.
+        // Tiny bumps decide where folds begin; the cloth starts turned against the view.
         ProceduralRandom random(20);
         for (int row = 0; row < kPoints; ++row)
             for (int column = 0; column < kPoints; ++column) {
                 const float x = kSide * (static_cast<float>(column) / kCells - 0.5f);
                 const float z = kSide * (0.5f - static_cast<float>(row) / kCells);
-                edited(column, row) = glm::vec3(0.96f * x - 0.28f * z + 0.04f,
-                                                kBallCentre.y + kBallRadius + 0.03f + random.between(0.0f, 0.01f),
-                                                0.28f * x + 0.96f * z - 0.03f);
+                edited(column, row) =
+                    glm::vec3(0.96f * x - 0.28f * z, kBallCentre.y + kBallRadius + 0.03f + random.between(0.0f, 0.01f),
+                              0.28f * x + 0.96f * z);
             }
         _previous = _positions;
         const float spacing = kSide / kCells;
@@ -40,8 +40,8 @@ class ClothSimulation {
                 connect(column, row, 0, 1, spacing, 1.0f);
                 connect(column, row, 1, 1, spacing * 1.41421356f, 0.35f);
                 connect(column, row, -1, 1, spacing * 1.41421356f, 0.35f);
-                connect(column, row, 2, 0, spacing * 2.0f, 0.12f);
-                connect(column, row, 0, 2, spacing * 2.0f, 0.12f);
+                connect(column, row, 2, 0, spacing * 2.0f, 0.05f);
+                connect(column, row, 0, 2, spacing * 2.0f, 0.05f);
             }
     }
 
@@ -53,8 +53,10 @@ class ClothSimulation {
                 _previous[i] = _positions[i];
                 _positions[i] += velocity + glm::vec3(0.0f, -9.81f * kTimeStep * kTimeStep, 0.0f);
             }
-            for (int iteration = 0; iteration < 12; ++iteration) {
-                for (const Link& link : _links) relax(link);
+            for (int iteration = 0; iteration < 10; ++iteration) {
+                // Forwards and backwards in turn, so that no side of the cloth is favoured.
+                for (std::size_t i = 0; i < _links.size(); ++i)
+                    relax(_links[iteration % 2 == 0 ? i : _links.size() - 1 - i]);
                 for (std::size_t i = 0; i < _positions.size(); ++i) collide(i);
             }
         }
@@ -120,7 +122,7 @@ glm::vec3 spline(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, con
 
 Mesh clothMesh() {
     ClothSimulation cloth;
-    cloth.run(420);
+    cloth.run(480);
     Mesh mesh;
     mesh.addGrid(kCells * kRefined, kCells * kRefined, glm::vec4(1.0f), [&](int column, int row) {
         const int baseColumn = std::min(column / kRefined, kCells - 1);

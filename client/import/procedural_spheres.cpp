@@ -61,7 +61,7 @@ Ref<LoadedScene> buildSpheres(Aspect& aspect, int perSide) {
                    strength * glm::vec3(1.0f, 0.7f, 0.5f));
     kit.pointLight("right lamp", {0.8 * extent + 1.0, 0.6 * extent + 1.5, 0.2 * extent},
                    strength * glm::vec3(0.5f, 0.7f, 1.0f));
-    kit.camera("main", {0.0, 0.85 * extent + 0.9, 1.15 * extent + 1.6}, {0.0, 0.1, 0.08 * extent}, 38.0);
+    kit.camera("main", {0.0, 0.85 * extent + 0.9, 1.15 * extent + 1.6}, {0.0, 0.1, 0.08 * extent}, 32.0);
     return kit.scene();
 }
 

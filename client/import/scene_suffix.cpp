@@ -16,8 +16,14 @@ bool endsWith(const std::string& file, std::string_view suffix) {
 
 }  // namespace
 
-bool isGltfFile(const std::string& file) { return endsWith(file, ".gltf") || endsWith(file, ".glb"); }
-bool isObjFile(const std::string& file) { return endsWith(file, ".obj"); }
-bool isPlyFile(const std::string& file) { return endsWith(file, ".ply"); }
+bool isGltfFile(const std::string& file) {
+    return endsWith(file, ".gltf") || endsWith(file, ".glb");
+}
+bool isObjFile(const std::string& file) {
+    return endsWith(file, ".obj");
+}
+bool isPlyFile(const std::string& file) {
+    return endsWith(file, ".ply");
+}
 
 }  // namespace umbriel

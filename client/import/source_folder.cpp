@@ -15,7 +15,7 @@ namespace umbriel {
 namespace {
 
 class Descriptor {
-   public:
+ public:
     explicit Descriptor(int value) : _value(value) {}
     ~Descriptor() {
         if (_value >= 0) close(_value);
@@ -24,7 +24,7 @@ class Descriptor {
     Descriptor& operator=(const Descriptor&) = delete;
     int get() const { return _value; }
 
-   private:
+ private:
     int _value;
 };
 
@@ -68,8 +68,8 @@ void requireConfined(const std::string& name, std::string_view place) {
     }
 }
 
-// openat2 lets the kernel keep symbolic links below the folder; where it is missing (before Linux 5.6, some sandboxes) the
-// resolved path is compared instead.
+// openat2 lets the kernel keep symbolic links below the folder; where it is missing (before Linux 5.6, some sandboxes)
+// the resolved path is compared instead.
 int openBeneath(int folder, const std::string& name) {
     open_how how{};
     how.flags = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;

@@ -12,7 +12,7 @@ namespace umbriel {
 // The folder of the imported file: the only place files are read from. Names are relative, without "..", and neither
 // they nor symbolic links lead out of it.
 class SourceFolder {
-   public:
+ public:
     // The folder that holds file. Throws ImportRefused.
     SourceFolder(const std::string& file, ByteBudget& fileBytes);
     ~SourceFolder();
@@ -26,7 +26,7 @@ class SourceFolder {
     // A file named in the main one; place says where. Percent signs are decoded when uri is set. Throws ImportRefused.
     std::vector<std::byte> read(std::string_view name, std::string_view place, bool uri);
 
-   private:
+ private:
     std::vector<std::byte> readAll(int descriptor, const std::string& name, std::string_view place);
 
     std::string _file;

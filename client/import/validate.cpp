@@ -22,11 +22,14 @@ std::string nameOf(const Container& container) {
 }
 
 template <class... Types>
-bool isAnyOf(const Container& container) { return (isA<Types>(container) || ...); }
+bool isAnyOf(const Container& container) {
+    return (isA<Types>(container) || ...);
+}
 
 bool isExpected(const Container& container) {
     return isAnyOf<Node, Transform, Geometry, Image, Texture, Material, DirectionalLight, PointLight, SpotLight,
-                   PerspectiveCamera, OrthographicCamera, AnimatedPose, AnimationChannel, Animation, LoadedScene>(container);
+                   PerspectiveCamera, OrthographicCamera, AnimatedPose, AnimationChannel, Animation, LoadedScene>(
+        container);
 }
 
 template <class Number>
@@ -46,11 +49,14 @@ bool allFinite(ElementKind kind, std::span<const std::byte> bytes) {
         case ElementKind::Vec3:
         case ElementKind::Vec4:
         case ElementKind::Mat3:
-        case ElementKind::Mat4: return allFinite<float>(bytes);
+        case ElementKind::Mat4:
+            return allFinite<float>(bytes);
         case ElementKind::F64:
         case ElementKind::DVec3:
-        case ElementKind::DMat4: return allFinite<double>(bytes);
-        default: return true;
+        case ElementKind::DMat4:
+            return allFinite<double>(bytes);
+        default:
+            return true;
     }
 }
 
@@ -70,7 +76,7 @@ void checkNumbers(const Container& container) {
 }
 
 class SceneCheck {
-   public:
+ public:
     SceneCheck(const Aspect& scene, std::uint32_t maxDepth) : _scene(scene), _maxDepth(maxDepth) {}
 
     void check(Ref<LoadedScene> loaded) {
@@ -87,7 +93,7 @@ class SceneCheck {
         checkTree();
     }
 
-   private:
+ private:
     template <class T>
     const T* as(ContainerId id) const {
         return _scene.findAs<T>(id);
@@ -98,7 +104,8 @@ class SceneCheck {
     void requireRef(const Container& from, ContainerId to) const {
         if (!to) return;
         const Container* found = _scene.find(to);
-        if (!found || !isAnyOf<Types...>(*found)) refuse(from, "refers to #" + std::to_string(to.value) + ", which is not fit");
+        if (!found || !isAnyOf<Types...>(*found))
+            refuse(from, "refers to #" + std::to_string(to.value) + ", which is not fit");
     }
 
     template <class... Types, class Field>

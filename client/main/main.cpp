@@ -10,7 +10,6 @@
 #include "client/app/view_command.h"
 #include "client/import/import_child.h"
 #include "common/base/log.h"
-#include "common/base/version.h"
 
 namespace {
 
@@ -62,7 +61,7 @@ int parse(CLI::App& app, int argc, char** argv) {
         std::cout << app.help("", CLI::AppFormatMode::All);
         return 0;
     } catch (const CLI::CallForVersion&) {
-        std::cout << "umbriel " << kVersion << '\n';
+        std::cout << "umbriel " << UMBRIEL_VERSION << '\n';
         return 0;
     } catch (const CLI::ParseError& error) {
         std::cerr << "error: " << error.what() << "\nTry 'umbriel --help' or 'umbriel COMMAND --help'.\n";
@@ -74,7 +73,7 @@ int parse(CLI::App& app, int argc, char** argv) {
 
 int main(int argc, char** argv) {
     CLI::App app{"Umbriel: one scene on many displays, with measured shadows."};
-    app.set_version_flag("--version", std::string("umbriel ") + kVersion);
+    app.set_version_flag("--version", std::string("umbriel ") + UMBRIEL_VERSION);
     app.require_subcommand(1);
     app.footer("Examples:\n"
                "  umbriel render demo:city --grid 2x2 --size 1280x720 --shadow std --out wall.png\n"
@@ -119,7 +118,7 @@ int main(int argc, char** argv) {
     ImportChildOptions importChild;
     CLI::App* importChildCommand = app.add_subcommand("import-child", "internal: parse a file for the client");
     importChildCommand->group("");
-    addImportChildOptions(*importChildCommand, importChild);
+    importChildCommand->add_option("ARGUMENTS", importChild.arguments);
 
     if (const int code = parse(app, argc, argv); code >= 0) return code;
 

@@ -47,6 +47,23 @@ Result<wire::Token> randomToken() {
     return token;
 }
 
+// Tiles for every server, round robin, and the wall they make.
+struct Dealt {
+    PixelSize wall;
+    std::vector<std::vector<TileAssignment>> tiles;
+};
+
+Dealt deal(const std::vector<TileAssignment>& tiles, std::size_t servers) {
+    Dealt dealt{{}, std::vector<std::vector<TileAssignment>>(servers)};
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+        const PixelRect& pixels = tiles[i].pixels;
+        dealt.wall.width = std::max(dealt.wall.width, pixels.x + pixels.width);
+        dealt.wall.height = std::max(dealt.wall.height, pixels.y + pixels.height);
+        dealt.tiles[i % servers].push_back(tiles[i]);
+    }
+    return dealt;
+}
+
 class ConnectedCluster final : public Cluster {
  public:
     ConnectedCluster(protocol::ClusterClientOptions options, std::vector<ServerProcess> processes, bool insecureLan)
@@ -82,6 +99,11 @@ class ConnectedCluster final : public Cluster {
                                          "differ in last bits", first.name, hello.name));
         }
         return {};
+    }
+
+    Result<void> assign(const std::vector<TileAssignment>& tiles) override {
+        Dealt dealt = deal(tiles, _names.size());
+        return call([&] { _client.assign(dealt.wall, std::move(dealt.tiles)); });
     }
 
     Result<FrameReport> frame(Aspect& scene, const WallViews& views, double time, bool wantPixels) override {
@@ -306,12 +328,9 @@ Result<std::unique_ptr<Cluster>> Cluster::connect(const ClusterOptions& options,
     } else {
         for (const ServerAddress& server : options.servers) client.servers.push_back({server.name, server.host, server.port, {}});
     }
-    for (std::size_t i = 0; i < tiles.size(); ++i) {
-        const PixelRect& pixels = tiles[i].pixels;
-        client.wall.width = std::max(client.wall.width, pixels.x + pixels.width);
-        client.wall.height = std::max(client.wall.height, pixels.y + pixels.height);
-        client.servers[i % client.servers.size()].tiles.push_back(tiles[i]);
-    }
+    Dealt dealt = deal(tiles, client.servers.size());
+    client.wall = dealt.wall;
+    for (std::size_t i = 0; i < client.servers.size(); ++i) client.servers[i].tiles = std::move(dealt.tiles[i]);
     auto cluster = std::make_unique<ConnectedCluster>(std::move(client), std::move(processes), options.insecureLan);
     if (const auto connected = cluster->connect(); !connected) return connected.error();
     return std::unique_ptr<Cluster>(std::move(cluster));

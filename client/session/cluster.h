@@ -62,6 +62,9 @@ class Cluster {
                                                     std::vector<TileAssignment> tiles);
     virtual ~Cluster() = default;  // says goodbye; embedded servers end
 
+    // Between frames: another wall, or another cut; tiles go round robin as in connect().
+    virtual Result<void> assign(const std::vector<TileAssignment>& tiles) = 0;
+
     // Commits the aspect, ships what changed, draws, swaps. The views travel when they differ from the last frame's.
     // A lost server or a digest that differs is an error naming the server (and container and field).
     virtual Result<FrameReport> frame(Aspect& scene, const WallViews& views, double time, bool wantPixels) = 0;

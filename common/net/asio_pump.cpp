@@ -130,26 +130,26 @@ struct AsioPump::Implementation {
             [this, id, tag](error_code error, tcp::resolver::results_type found) {
                 resolvers.erase(id);
                 if (error == boost::asio::error::operation_aborted) return;
-                if (error) return dialFailed(tag, "the host's address cannot be found (" + lowerFirst(error.message()) + ")");
+                if (error) return dialFailed(tag, failure("the host's address cannot be found (" + lowerFirst(error.message()) + ")"));
                 std::vector<tcp::endpoint> addresses;
                 for (const auto& entry : found) addresses.push_back(entry.endpoint());
-                connectNext(std::move(addresses), 0, tag, "no address");
+                connectNext(std::move(addresses), 0, tag, failure("no address"));
             });
     }
 
-    void connectNext(std::vector<tcp::endpoint> addresses, std::size_t index, std::uint64_t tag, std::string reason) {
-        while (index < addresses.size() && !allowed(addresses[index])) reason = insecureRefusal(addresses[index++]);
+    void connectNext(std::vector<tcp::endpoint> addresses, std::size_t index, std::uint64_t tag, Error reason) {
+        while (index < addresses.size() && !allowed(addresses[index])) reason = badInput(insecureRefusal(addresses[index++]));
         if (index >= addresses.size()) return dialFailed(tag, reason);
         auto socket = std::make_shared<tcp::socket>(context);
         const tcp::endpoint address = addresses[index];
         socket->async_connect(address, [this, socket, addresses = std::move(addresses), index, tag](error_code error) mutable {
             if (error == boost::asio::error::operation_aborted) return;
-            if (error) return connectNext(std::move(addresses), index + 1, tag, lowerFirst(error.message()));
+            if (error) return connectNext(std::move(addresses), index + 1, tag, failure(lowerFirst(error.message())));
             add(std::move(*socket), tag);
         });
     }
 
-    void dialFailed(std::uint64_t tag, const std::string& reason) {
+    void dialFailed(std::uint64_t tag, const Error& reason) {
         endpoint.dialFailed(tag, reason, clock.now());
         turn();
     }

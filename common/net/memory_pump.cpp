@@ -87,7 +87,7 @@ void MemoryNetwork::turn(Endpoint& endpoint) {
             if (!_hosts.count(&endpoint)) return;
             const auto listener = _listeners.find({action.host, action.port});
             if (listener == _listeners.end()) {
-                endpoint.dialFailed(action.tag, "connection refused", _now);
+                endpoint.dialFailed(action.tag, failure("connection refused"), _now);
             } else {
                 const std::uint64_t number = _nextPipe++;
                 Pipe& pipe = _pipes[number];

@@ -72,10 +72,14 @@ void ClusterClient::opened(ConnectionId connection, std::uint64_t dialTag, TimeP
     _peers.emplace(connection, std::move(peer));
 }
 
-void ClusterClient::dialFailed(std::uint64_t dialTag, const std::string& reason, TimePoint now) {
+void ClusterClient::dialFailed(std::uint64_t dialTag, const Error& reason, TimePoint now) {
     const auto index = static_cast<std::size_t>((dialTag - 1) / 2);
     Server& server = _servers[index];
-    server.lastFailure = reason;
+    if (reason.kind == Error::Kind::BadInput) {
+        const std::string message = fmt::format("{}: {}", textOf(server), reason.message);
+        return fail(badInput(message));
+    }
+    server.lastFailure = reason.message;
     server.redialBulk = (dialTag - 1) % 2 == 1;
     server.redialAt = now + _options.redialAfter;
 }
@@ -247,6 +251,18 @@ std::uint64_t ClusterClient::bytesSent(const Server& server) const {
     for (const ConnectionId id : {server.control, server.bulk})
         if (const auto found = _peers.find(id); found != _peers.end()) sum += found->second.link->bytesSent();
     return sum;
+}
+
+void ClusterClient::assign(PixelSize wall, std::vector<std::vector<TileAssignment>> tiles) {
+    UMBRIEL_ASSERT(!isBusy() && tiles.size() == _servers.size(), "tiles change between requests, for every server");
+    if (_error) return;
+    _options.wall = wall;
+    for (std::size_t i = 0; i < _servers.size(); ++i) {
+        Server& server = _servers[i];
+        server.remote.tiles = std::move(tiles[i]);
+        if (Link* control = link(server.control); control && !control->send(wire::Assign{wall, server.remote.tiles}))
+            return fail(fmt::format("{} does not read what it is sent", textOf(server)));
+    }
 }
 
 void ClusterClient::beginFrame(OutgoingFrame frame, TimePoint now) {
@@ -465,9 +481,11 @@ void ClusterClient::leave(const std::string& reason) {
     if (!_error) _error = failure(reason);
 }
 
-void ClusterClient::fail(std::string message) {
+void ClusterClient::fail(std::string message) { fail(failure(std::move(message))); }
+
+void ClusterClient::fail(Error error) {
     if (_error) return;
-    _error = failure(std::move(message));
+    _error = std::move(error);
     for (auto& [id, peer] : _peers) {
         peer.link->close(_error->message);
         drop(id);

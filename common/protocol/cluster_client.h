@@ -62,7 +62,7 @@ class ClusterClient final : public Endpoint {
     ClusterClient(ClusterClientOptions options, TimePoint now);
 
     void opened(ConnectionId connection, std::uint64_t dialTag, TimePoint now) override;
-    void dialFailed(std::uint64_t dialTag, const std::string& reason, TimePoint now) override;
+    void dialFailed(std::uint64_t dialTag, const Error& reason, TimePoint now) override;
     void received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) override;
     void written(ConnectionId connection, TimePoint now) override;
     void closed(ConnectionId connection, const std::string& reason, TimePoint now) override;
@@ -78,6 +78,8 @@ class ClusterClient final : public Endpoint {
     // Names of the servers that the running request still waits for.
     std::vector<std::string> waitingFor() const;
 
+    // Between requests: another wall, cut into other tiles, for each server in the order of the options.
+    void assign(PixelSize wall, std::vector<std::vector<TileAssignment>> tiles);
     void beginFrame(OutgoingFrame frame, TimePoint now);
     // After a frame: what the servers did, in the order of the options. Taken once.
     std::vector<ServerOutcome> takeOutcome();
@@ -143,6 +145,7 @@ class ClusterClient final : public Endpoint {
     std::uint64_t bytesSent(const Server& server) const;
     void dial(std::size_t server, bool bulk);
     void fail(std::string message);
+    void fail(Error error);
     void drop(ConnectionId connection);
     Link* link(ConnectionId connection);
     std::string textOf(std::size_t server) const;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/base/clock.h"
+#include "common/base/result.h"
 #include "common/protocol/send_queue.h"
 
 namespace umbriel::protocol {
@@ -32,7 +33,8 @@ class Endpoint {
 
     // A connection exists. dialTag: of the Dial it answers; 0: a peer dialled us.
     virtual void opened(ConnectionId connection, std::uint64_t dialTag, TimePoint now) = 0;
-    virtual void dialFailed(std::uint64_t dialTag, const std::string& reason, TimePoint now) = 0;
+    // The reason is bad input when dialling again can never help (an address that is not allowed), else a failure.
+    virtual void dialFailed(std::uint64_t dialTag, const Error& reason, TimePoint now) = 0;
     virtual void received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) = 0;
     // Some of the connection's queue was written.
     virtual void written(ConnectionId connection, TimePoint now) = 0;

@@ -49,8 +49,8 @@ void ServerNode::opened(ConnectionId connection, std::uint64_t dialTag, TimePoin
     peer.dialled = dialTag != 0;
 }
 
-void ServerNode::dialFailed(std::uint64_t dialTag, const std::string& reason, TimePoint now) {
-    if (dialTag == kDialBulk) return endSession(fmt::format("the bulk connection cannot be opened: {}", reason));
+void ServerNode::dialFailed(std::uint64_t dialTag, const Error& reason, TimePoint now) {
+    if (dialTag == kDialBulk) return endSession(fmt::format("the bulk connection cannot be opened: {}", reason.message));
     _dialling = false;
     _redialAt = now + _options.redialAfter;
 }

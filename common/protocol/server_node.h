@@ -85,7 +85,7 @@ class ServerNode final : public Endpoint {
     ServerNode(ServerNodeOptions options, TimePoint now);
 
     void opened(ConnectionId connection, std::uint64_t dialTag, TimePoint now) override;
-    void dialFailed(std::uint64_t dialTag, const std::string& reason, TimePoint now) override;
+    void dialFailed(std::uint64_t dialTag, const Error& reason, TimePoint now) override;
     void received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) override;
     void written(ConnectionId connection, TimePoint now) override;
     void closed(ConnectionId connection, const std::string& reason, TimePoint now) override;

@@ -16,7 +16,8 @@ class StateDigest {
  public:
     static constexpr std::size_t kBlockBytes = 1024;
 
-    // Follows a change list that was just committed by, or applied to, the aspect.
+    // Follows a change list that was just committed by, or applied to, the aspect. Where an applied list won over the
+    // aspect's own uncommitted edits, the digest is right again with the aspect's next list.
     void update(const ChangeList& changes, const Aspect& aspect);
 
     std::uint64_t total() const { return _total; }

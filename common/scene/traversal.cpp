@@ -39,6 +39,13 @@ ChildRange shownChildren(const VisitedNode& visited, const std::optional<glm::dv
     return {0, count};
 }
 
+bool sameChunks(const MultiStorage& a, const MultiStorage& b) {
+    if (a.size() != b.size()) return false;
+    for (std::size_t chunk = 0; chunk < a.chunkCount(); ++chunk)
+        if (!a.sharesChunk(chunk, b)) return false;
+    return true;
+}
+
 }  // namespace
 
 Hierarchy::Hierarchy(const Aspect& aspect, Ref<Node> root) {
@@ -115,27 +122,31 @@ std::int32_t chosenLevel(const LevelOfDetail& levels, std::size_t childCount, do
 }
 
 const Box3d& GeometryBounds::of(const Aspect& aspect, Ref<Geometry> geometry) {
-    const auto [entry, isNew] = _boxes.try_emplace(geometry);
-    if (!isNew) return entry->second;
-    Box3d& box = entry->second;
+    Entry& entry = _entries[geometry];
+    entry.used = true;
     const Geometry* found = aspect.find(geometry);
-    if (!found) return box;
+    if (!found) {
+        entry = {};
+        return entry.box;
+    }
     const MultiStorage& positions = found->positions.storage();
+    if (entry.positions && sameChunks(*entry.positions, positions)) return entry.box;
+    entry.positions = positions;
+    entry.box = {};
     for (std::size_t chunk = 0; chunk < positions.chunkCount(); ++chunk) {
         const std::span<const std::byte> bytes = positions.chunk(chunk);
         for (std::size_t at = 0; at + sizeof(glm::vec3) <= bytes.size(); at += sizeof(glm::vec3)) {
             glm::vec3 position;
             std::memcpy(&position, bytes.data() + at, sizeof(position));
-            if (isFinite(glm::dvec3(position))) box.include(glm::dvec3(position));
+            if (isFinite(glm::dvec3(position))) entry.box.include(glm::dvec3(position));
         }
     }
-    return box;
+    return entry.box;
 }
 
-void GeometryBounds::forget(const ChangeList& changes) {
-    for (const ContainerCreation& created : changes.created) _boxes.erase(created.id);
-    for (const ContainerChange& changed : changes.changed) _boxes.erase(changed.id);
-    for (ContainerId destroyed : changes.destroyed) _boxes.erase(destroyed);
+void GeometryBounds::sweep() {
+    std::erase_if(_entries, [](const auto& entry) { return !entry.second.used; });
+    for (auto& entry : _entries) entry.second.used = false;
 }
 
 Box3d worldBounds(const Aspect& aspect, Ref<Node> root, GeometryBounds& bounds,

@@ -56,16 +56,21 @@ void traverse(const Aspect& aspect, Ref<Node> root, const std::optional<glm::dve
 // The index of the child that a LevelOfDetail shows; -1 when it has no children.
 std::int32_t chosenLevel(const LevelOfDetail& levels, std::size_t childCount, double distance);
 
-// Bounding boxes of geometries in their own frame, computed when first asked for. Coordinates that are not finite do
-// not count.
+// Bounding boxes of geometries in their own frame, computed when first asked for and kept for as long as the positions
+// are the same chunks of memory. Coordinates that are not finite do not count.
 class GeometryBounds {
  public:
     const Box3d& of(const Aspect& aspect, Ref<Geometry> geometry);
-    // After a commit or an apply: forgets what changed.
-    void forget(const ChangeList& changes);
+    // Forgets geometries that were not asked for since the last sweep.
+    void sweep();
 
  private:
-    std::unordered_map<ContainerId, Box3d> _boxes;
+    struct Entry {
+        std::optional<MultiStorage> positions;  // a copy holds its chunks: while they are shared, nothing was written
+        Box3d box;
+        bool used = true;
+    };
+    std::unordered_map<ContainerId, Entry> _entries;
 };
 
 // Around all visible geometry below root (every level of detail), in world metres; conservative: the boxes of rotated

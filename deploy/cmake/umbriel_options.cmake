@@ -17,6 +17,9 @@ if(UMBRIEL_SANITIZE)
   add_compile_options(-fsanitize=${_sanitizers} -fno-omit-frame-pointer -fno-sanitize-recover=all -g1)
   add_link_options(-fsanitize=${_sanitizers})
 endif()
+if(UMBRIEL_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link)  # every module reports its coverage to the fuzzer
+endif()
 
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)

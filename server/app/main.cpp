@@ -98,6 +98,7 @@ int main(int argc, char** argv) {
     bool window = false;
     bool insecureLan = false;
     bool embedded = false;
+    bool doctor = false;
     std::optional<int> gpu;
     int reportDescriptor = -1;
 
@@ -113,6 +114,7 @@ int main(int argc, char** argv) {
     app.add_option("--gpu", gpu, "index of the EGL device to draw with (umbriel doctor lists them)");
     app.add_flag("--insecure-lan", insecureLan, "allow connections beyond this machine, unprotected");
     app.add_option("--log-level", logLevel, "trace, debug, info, warning, error or off")->capture_default_str();
+    app.add_flag("--doctor", doctor, "say what OpenGL offers on this machine, and end");
     app.add_flag("--embedded", embedded, "end when the first client has left")->group("");
     app.add_option("--report-port-fd", reportDescriptor, "write the port to this descriptor, end when it is closed")->group("");
     try {
@@ -162,8 +164,8 @@ int main(int argc, char** argv) {
         ::fcntl(reportDescriptor, F_SETFD, FD_CLOEXEC);
         dieWithParent(reportDescriptor);
     }
-    options.listening = [&](std::uint16_t port) {
-        log::info(fmt::format("listening on {}:{}", options.listenHost, port));
+    options.listening = [reportDescriptor, host = options.listenHost](std::uint16_t port) {
+        log::info(fmt::format("listening on {}:{}", host, port));
         if (reportDescriptor < 0) return;
         const std::string text = fmt::format("{}\n", port);
         if (::write(reportDescriptor, text.data(), text.size()) < 0) log::warning("the port could not be reported");
@@ -173,6 +175,12 @@ int main(int argc, char** argv) {
     contextOptions.deviceIndex = gpu;
     auto context = gl::HeadlessContext::create(contextOptions);
     if (!context) return report(context.error());
+    if (doctor) {
+        for (const std::string& line : gl::report(context->info())) std::puts(line.c_str());
+        const std::vector<std::string> devices = gl::listDevices();
+        for (std::size_t i = 0; i < devices.size(); ++i) fmt::print("--gpu {}: {}\n", i, devices[i]);
+        return 0;
+    }
     options.glRenderer = context->info().renderer;
     options.glVersion = context->info().version;
     options.cpu = cpuModel();

@@ -85,7 +85,7 @@ CasterMask::Footprint CasterMask::footprintOf(std::span<const glm::dvec3> points
 
 // visit(cell) returns false to stop.
 template <class Visit>
-void CasterMask::visitCells(const Footprint& footprint, Visit&& visit) const {
+void CasterMask::visitCells(const Footprint& footprint, double dilation, Visit&& visit) const {
     glm::dvec2 minimum(0.0);
     glm::dvec2 maximum(double{kCells});
     const bool everything = footprint.kind == Footprint::Kind::Everything;
@@ -98,20 +98,20 @@ void CasterMask::visitCells(const Footprint& footprint, Visit&& visit) const {
         }
     }
     const auto cell = [](double place) { return static_cast<int>(std::clamp(std::floor(place), -1.0, double{kCells})); };
-    const int left = std::max(cell(minimum.x - _dilation), 0);
-    const int right = std::min(cell(maximum.x + _dilation), kCells - 1);
-    const int bottom = std::max(cell(minimum.y - _dilation), 0);
-    const int top = std::min(cell(maximum.y + _dilation), kCells - 1);
+    const int left = std::max(cell(minimum.x - dilation), 0);
+    const int right = std::min(cell(maximum.x + dilation), kCells - 1);
+    const int bottom = std::max(cell(minimum.y - dilation), 0);
+    const int top = std::min(cell(maximum.y + dilation), kCells - 1);
     const bool precise = !everything && right - left > 1 && top - bottom > 1;
     const std::vector<glm::dvec2> hull = precise ? convexHull(footprint.points) : std::vector<glm::dvec2>();
     for (int y = bottom; y <= top; ++y) {
         int from = left;
         int to = right;
         if (precise) {
-            const auto [first, last] = rangeInBand(hull, y - _dilation, y + 1 + _dilation);
+            const auto [first, last] = rangeInBand(hull, y - dilation, y + 1 + dilation);
             if (first > last) continue;
-            from = std::max(cell(first - _dilation), left);
-            to = std::min(cell(last + _dilation), right);
+            from = std::max(cell(first - dilation), left);
+            to = std::min(cell(last + dilation), right);
         }
         for (int x = from; x <= to; ++x)
             if (!visit(x, y)) return;
@@ -131,7 +131,7 @@ void CasterMask::addReceiver(const Box& box, const glm::dmat4& relativeFromObjec
     if (footprint.kind == Footprint::Kind::Nothing) return;
     const double farthest = footprint.kind == Footprint::Kind::Everything ? 0.0 : footprint.farthest;
     const auto depth = static_cast<float>(std::clamp(farthest - kDepthMargin, -1.0, 1.0));
-    visitCells(footprint, [&](int x, int y) {
+    visitCells(footprint, _dilation, [&](int x, int y) {
         float& stored = _farthest[static_cast<std::size_t>(y) * kCells + static_cast<std::size_t>(x)];
         stored = std::min(stored, depth);
         if (_marked.empty()) {
@@ -156,7 +156,7 @@ bool CasterMask::casts(const Box& box, const glm::dmat4& relativeFromObject) con
     if (footprint.kind == Footprint::Kind::Nothing) return false;
     const double nearest = footprint.kind == Footprint::Kind::Everything ? 1.0 : footprint.nearest + kDepthMargin;
     bool found = false;
-    visitCells(footprint, [&](int x, int y) {
+    visitCells(footprint, 0.0, [&](int x, int y) {
         // Unmarked cells hold 2, but a caster before the near plane may have any depth.
         const float farthest = _farthest[static_cast<std::size_t>(y) * kCells + static_cast<std::size_t>(x)];
         found = farthest < kUnmarked && static_cast<double>(farthest) <= nearest;

@@ -11,9 +11,9 @@ namespace umbriel {
 // every texel that the tile samples, up to texels whose caster lies behind everything they are compared with.
 class CasterMask {
    public:
-    static constexpr int kCells = 256;  // along each side of the map
+    static constexpr int kCells = 512;  // along each side of the map
 
-    // dilationTexels: how far bias and filter move a lookup away from the point that is looked up.
+    // dilationTexels: how far, along an axis of the map, the texel centre that a point is compared with may lie from it.
     CasterMask(const glm::dmat4& lightClipFromRelative, std::uint32_t mapSize, double dilationTexels);
 
     // A box that is visible in the tile, placed by relativeFromObject; of a box that is only partly inside the tile's
@@ -35,7 +35,7 @@ class CasterMask {
     };
     Footprint footprintOf(std::span<const glm::dvec3> pointsRelative) const;
     template <class Visit>
-    void visitCells(const Footprint& footprint, Visit&& visit) const;
+    void visitCells(const Footprint& footprint, double dilation, Visit&& visit) const;
 
     glm::dmat4 _clipFromRelative;
     std::uint32_t _mapSize;

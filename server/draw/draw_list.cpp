@@ -17,27 +17,43 @@ void DrawList::addCluster(std::uint32_t item, const Cluster& cluster, std::uint3
     ++entries.back().count;
 }
 
-DrawList listVisible(const ViewScene& scene, const Frustum& frustum, std::span<CasterMask> masks) {
-    DrawList list;
+namespace {
+
+// Calls visit(item index, cluster index, overlap) for every cluster that meets the frustum.
+template <class Visit>
+void visitVisible(const ViewScene& scene, const Frustum& frustum, Visit&& visit) {
     for (std::uint32_t i = 0; i < scene.items.size(); ++i) {
-        if (i == scene.opaqueItems) list.opaqueEntries = list.entries.size();
         const SurfaceItem& item = scene.items[i];
         const ObjectFrustum objectFrustum(frustum, item.relativeFromObject);
         const Overlap whole = objectFrustum.classify(item.geometry->box());
         if (whole == Overlap::Outside) continue;
-        const bool receives = has(item.features, Feature::Shadows) || has(item.layerFeatures, Feature::Shadows);
         const std::span<const Cluster> clusters = item.geometry->clusters();
         for (std::uint32_t c = 0; c < clusters.size(); ++c) {
             const Overlap overlap = whole == Overlap::Inside ? whole : objectFrustum.classify(clusters[c].box);
-            if (overlap == Overlap::Outside) continue;
-            list.addCluster(i, clusters[c], c);
-            if (!receives) continue;
-            for (CasterMask& mask : masks)
-                mask.addReceiver(clusters[c].box, item.relativeFromObject, frustum, overlap == Overlap::Inside);
+            if (overlap != Overlap::Outside) visit(i, c, overlap);
         }
     }
-    if (scene.opaqueItems == scene.items.size()) list.opaqueEntries = list.entries.size();
+}
+
+}  // namespace
+
+DrawList listVisible(const ViewScene& scene, const Frustum& frustum) {
+    DrawList list;
+    visitVisible(scene, frustum, [&](std::uint32_t item, std::uint32_t cluster, Overlap) {
+        list.addCluster(item, scene.items[item].geometry->clusters()[cluster], cluster);
+        if (item < scene.opaqueItems) list.opaqueEntries = list.entries.size();
+    });
     return list;
+}
+
+void markReceivers(const ViewScene& scene, const Frustum& frustum, std::span<CasterMask> masks) {
+    visitVisible(scene, frustum, [&](std::uint32_t index, std::uint32_t cluster, Overlap overlap) {
+        const SurfaceItem& item = scene.items[index];
+        if (!has(item.features, Feature::Shadows) && !has(item.layerFeatures, Feature::Shadows)) return;
+        for (CasterMask& mask : masks)
+            mask.addReceiver(item.geometry->clusters()[cluster].box, item.relativeFromObject, frustum,
+                             overlap == Overlap::Inside);
+    });
 }
 
 DrawList listCasters(const ViewScene& scene, const CasterMask& mask) {

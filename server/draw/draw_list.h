@@ -33,8 +33,10 @@ struct DrawList {
     void addCluster(std::uint32_t item, const Cluster& cluster, std::uint32_t index);
 };
 
-// What a tile can see. masks: of the view's shadows, by index; they learn what is visible.
-DrawList listVisible(const ViewScene& scene, const Frustum& frustum, std::span<CasterMask> masks);
+// What can be seen through the frustum.
+DrawList listVisible(const ViewScene& scene, const Frustum& frustum);
+// Tells the masks (of the view's shadows, by index) which surfaces can be seen through the frustum.
+void markReceivers(const ViewScene& scene, const Frustum& frustum, std::span<CasterMask> masks);
 // What can darken something visible through that mask, in the light of that shadow.
 DrawList listCasters(const ViewScene& scene, const CasterMask& mask);
 

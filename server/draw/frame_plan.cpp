@@ -77,9 +77,8 @@ class Planner {
         : _views(views), _demands(demands), _tiles(tiles) {}
 
     Result<FramePlan> plan(std::uint32_t factorLights, std::int32_t limit) {
-        PixelSize work = largestTile();
+        const PixelSize work = workSizeOf(_views);
         if (_views.tiles == TileMode::Exact) {
-            work = _views.wall;
             if (work.width > limit || work.height > limit)
                 return badInput(fmt::format(
                     "--tiles exact needs a target of the whole wall, {}x{} pixels ({} at {} sample(s)), and this driver "
@@ -216,6 +215,11 @@ std::string FramePlan::explain() const {
     text += fmt::format("shader variants: {}\n", variants.size());
     for (const auto& [features, items] : variants) text += fmt::format("  {} items: {}\n", items, describe(features));
     return text;
+}
+
+PixelSize workSizeOf(const WallViews& views) {
+    if (views.tiles == TileMode::Exact) return views.wall;
+    return {std::min(views.wall.width, kBlockPixels), std::min(views.wall.height, kBlockPixels)};
 }
 
 Result<FramePlan> planFrame(const WallViews& views, const std::vector<ViewDemand>& demands,

@@ -106,6 +106,14 @@ inline constexpr std::uint32_t kNoFactors = 0xffffffffu;
 // Lights beyond the first kFactorLayersPerPass are read in further layer passes: a framebuffer has 8 attachments.
 inline constexpr std::uint32_t kFactorLayersPerPass = 16;
 
+// In offset mode the wall is drawn in blocks of this many pixels a side, each in window coordinates of its own, whatever
+// tile asks for it: so a pixel's value does not depend on the grid of tiles, and no wall is too large. A multiple of the
+// 2x2 pixels over which a texture's mip is chosen.
+inline constexpr std::int32_t kBlockPixels = 1024;
+
+// What the work images must hold: the wall (exact mode) or a block.
+PixelSize workSizeOf(const WallViews& views);
+
 // tiles: of this server. factorLights: lights of all views together, for the light factors layer. Error: the exact mode needs a target larger than the driver allows (limit: texels a side).
 Result<FramePlan> planFrame(const WallViews& views, const std::vector<ViewDemand>& demands,
                             std::span<const TileAssignment> tiles, std::uint32_t factorLights,

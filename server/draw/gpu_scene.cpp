@@ -1,6 +1,8 @@
 #include "server/draw/gpu_scene.h"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <tuple>
 
 #include "common/base/log.h"
@@ -52,6 +54,13 @@ bool excluded(const SceneTree& tree, const Viewport& viewport, std::uint32_t ent
         if (entry >= first && entry < end) return true;
     }
     return false;
+}
+
+// Four steps per doubling of the distance.
+int depthBucketOf(double distance) {
+    int exponent = 0;
+    const double mantissa = std::frexp(distance, &exponent);  // in [1/2, 1)
+    return exponent * 4 + static_cast<int>((mantissa - 0.5) * 8.0);
 }
 
 glm::mat3 normalMatrix(const glm::dmat3& linear) {
@@ -196,13 +205,15 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         item.castsShadow = !has(materialFeatures, Feature::AlphaBlend) && !excluded(tree, viewport, source.entry);
         const glm::dvec3 middle(item.relativeFromObject * glm::dvec4(item.geometry->box().centre(), 1.0));
         item.distance = glm::length(middle);
+        item.depthBucket = depthBucketOf(item.distance);
         result.items.push_back(item);
     }
     const auto isBlended = [](const SurfaceItem& item) { return has(item.features, Feature::AlphaBlend); };
     const auto middle = std::stable_partition(result.items.begin(), result.items.end(), std::not_fn(isBlended));
     result.opaqueItems = static_cast<std::size_t>(middle - result.items.begin());
     std::sort(result.items.begin(), middle, [](const SurfaceItem& a, const SurfaceItem& b) {
-        return std::tuple(a.features, a.material->slot, a.node) < std::tuple(b.features, b.material->slot, b.node);
+        return std::tuple(a.depthBucket, a.features, a.material->slot, a.node) <
+               std::tuple(b.depthBucket, b.features, b.material->slot, b.node);
     });
     std::sort(middle, result.items.end(), [](const SurfaceItem& a, const SurfaceItem& b) {
         return std::tuple(-a.distance, a.node) < std::tuple(-b.distance, b.node);

@@ -27,6 +27,7 @@ struct SurfaceItem {
     glm::mat3 normalFromObject{1.0f};
     std::uint32_t run = 0;          // index in LightList::runs
     double distance = 0.0;          // from the wall's eye to the middle of its box; orders blending
+    int depthBucket = 0;            // of the distance; orders opaque items, near ones first
     bool isMirrored = false;
     bool castsShadow = true;
 };
@@ -36,7 +37,7 @@ struct ViewScene {
     const View* view = nullptr;
     const Viewport* viewport = nullptr;  // null: nothing to draw
     LightList lights;
-    std::vector<SurfaceItem> items;      // opaque and cut out first, by state; then blended, back to front
+    std::vector<SurfaceItem> items;      // opaque and cut out first, roughly front to back; then blended, back to front
     std::size_t opaqueItems = 0;
 };
 

@@ -12,7 +12,7 @@ namespace umbriel {
 
 // What is derived from a geometry before it goes to the GPU. Pure: no GL.
 
-inline constexpr std::size_t kClusterTriangles = 64;
+inline constexpr std::size_t kClusterTriangles = 16;
 // Below this, sorting gains nothing.
 inline constexpr std::size_t kSortFromTriangles = 512;
 

@@ -7,6 +7,13 @@ namespace umbriel {
 namespace {
 
 constexpr GLuint kFrameBinding = 0;
+// What is drawn exceeds what is shown by this: coordinates are rounded to 1/256 pixel, matrices to float.
+constexpr double kMarginPixels = 1.0;
+// How far a shadow lookup may lie from the surface, in texels along an axis of the map: the normal offset moves it by at
+// most (|nx| + |ny|) |nx| <= (1 + sqrt(2)) / 2 times its setting, the nearest texel's centre is half a texel away, and
+// 0.1 covers rounding.
+constexpr double kNormalOffsetReach = 1.2072;
+constexpr double kTexelReach = 0.6;
 
 // As the block in shaders/snippet/frame.glsl.
 struct FrameBlock {
@@ -67,24 +74,6 @@ Result<void> TilePainter::setLights(std::size_t view, const LightList& lights) {
     return buffers.shadows.set(std::as_bytes(std::span(lights.shadows)));
 }
 
-Result<void> TilePainter::startView(const WallViews& wall, ViewPainting& painting, const TileAssignment& tile,
-                                    std::int32_t reach) {
-    const View& view = *painting.scene.view;
-    PixelRect grown{tile.pixels.x - reach, tile.pixels.y - reach, tile.pixels.width + 2 * reach,
-                    tile.pixels.height + 2 * reach};
-    painting.area = intersect(intersect(grown, view.region), {0, 0, wall.wall.width, wall.wall.height});
-    painting.masks.clear();
-    painting.visible.reset();
-    if (painting.area.empty()) return {};
-    // A pixel more than is drawn: coordinates are rounded to 1/256 pixel, matrices to float.
-    const Frustum frustum = tileFrustum(view, painting.area, 1.0);
-    for (const ShadowFit* fit : painting.scene.lights.fits)
-        painting.masks.emplace_back(fit->clipFromWorld * glm::translate(glm::dmat4(1.0), view.eyeWorld), fit->mapSize,
-                                    1.5 * std::abs(fit->normalOffset) + 1.5);
-    painting.visible = listVisible(painting.scene, frustum, painting.masks);
-    return {};
-}
-
 void TilePainter::bindView(const ViewPainting& painting) {
     const View& view = *painting.scene.view;
     const glm::ivec2 origin = _targets.wallOrigin();
@@ -93,8 +82,9 @@ void TilePainter::bindView(const ViewPainting& painting) {
     glm::ivec4 viewport(view.region.x - origin.x, view.region.y - origin.y, view.region.width, view.region.height);
     if (view.region.width > _viewportLimit.x || view.region.height > _viewportLimit.y || viewport.x < -32768 ||
         viewport.y < -32768) {
-        // Beyond what a viewport can be: the part of it that this tile shows, as a crop of clip space in double.
-        const PixelRect& area = painting.area;
+        // Beyond what a viewport can be: the part of it that this block shows, as a crop of clip space in double;
+        // of the whole block, so that it does not depend on the tile.
+        const PixelRect& area = painting.block;
         const glm::dvec2 scale(double(view.region.width) / area.width, double(view.region.height) / area.height);
         const glm::dvec2 middle((2.0 * (area.x - view.region.x) + area.width) / view.region.width - 1.0,
                                 (2.0 * (area.y - view.region.y) + area.height) / view.region.height - 1.0);
@@ -166,7 +156,7 @@ Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& paint
 }
 
 Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painting, bool blended) {
-    const DrawList& list = *painting.visible;
+    const DrawList& list = painting.visible;
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GREATER);
     glDepthMask(blended ? GL_FALSE : GL_TRUE);
@@ -214,7 +204,7 @@ Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall,
                                      bit(Feature::TexCoords0) | bit(Feature::TexCoords1) | bit(Feature::VertexColours);
     const gl::Program* current = nullptr;
     const GpuMaterial* material = nullptr;
-    const DrawList& list = *painting.visible;
+    const DrawList& list = painting.visible;
     auto drawn = drawEntries(painting, list, 0, list.opaqueEntries, [&](const SurfaceItem& item) -> Result<void> {
         auto program = _shaders.layers(factors ? item.layerFeatures : item.layerFeatures & kMaskOnly, wall.layers,
                                        factors ? _targets.factorImages() : 0);
@@ -332,32 +322,79 @@ Result<void> TilePainter::drawForegrounds(const Aspect& scene, ViewPainting& pai
 
 Result<void> TilePainter::paint(const Aspect& scene, const WallViews& wall, const FramePlan& plan,
                                 std::span<ViewPainting> views, const TileAssignment& tile, std::size_t tileIndex) {
+    const PixelRect& pixels = tile.pixels;
     std::int32_t reach = 0;
-    for (std::uint32_t i = 0; i < views.size(); ++i) reach = std::max(reach, plan.reachOf(i));
-    _targets.beginTile(tileIndex, wall.tiles == TileMode::Exact ? reach : 0);
     for (std::uint32_t i = 0; i < views.size(); ++i) {
-        ViewPainting& view = views[i];
-        view.area = {};
-        if (!view.scene.viewport || view.scene.view->eye != tile.eye) continue;
-        if (auto started = startView(wall, view, tile, wall.tiles == TileMode::Exact ? plan.reachOf(i) : 0); !started)
-            return started;
+        reach = std::max(reach, plan.reachOf(i));
+        // What no tile of this eye shows is empty.
+        const bool shown = views[i].scene.viewport && views[i].scene.view->eye == tile.eye;
+        views[i].area = shown ? intersect(pixels, views[i].scene.view->region) : PixelRect{};
     }
-    std::size_t current = SIZE_MAX;  // the view whose surfaces are being drawn
-    for (const PlannedPass& pass : plan.passes) {
-        if (pass.view >= views.size() || pass.kind == PassKind::Resolve) continue;
-        ViewPainting& view = views[pass.view];
-        if (view.area.empty()) continue;
-        const bool intoColour = pass.kind != PassKind::ShadowMap && pass.kind != PassKind::Layers;
-        if (intoColour || pass.kind == PassKind::Layers) {
-            const LightBuffers& lights = _lightBuffers[pass.view];
-            lights.lights.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 0);
-            lights.indices.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 1);
-            lights.shadows.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 2);
-            if (view.shadowMaps) view.shadowMaps->bind(static_cast<GLuint>(TextureUnit::ShadowMaps));
+    if (auto painted = paintShadows(scene, plan, views, pixels); !painted) return painted;
+    const PixelSize work = workSizeOf(wall);
+    const bool whole = wall.tiles == TileMode::Exact;
+    const std::int32_t stepX = whole ? wall.wall.width : kBlockPixels;
+    const std::int32_t stepY = whole ? wall.wall.height : kBlockPixels;
+    for (std::int32_t y = pixels.y / stepY * stepY; y < pixels.y + pixels.height; y += stepY)
+        for (std::int32_t x = pixels.x / stepX * stepX; x < pixels.x + pixels.width; x += stepX) {
+            const PixelRect block{x, y, work.width, work.height};
+            const PixelRect part = intersect(pixels, block);
+            _targets.beginPart(tileIndex, part, block, reach);
+            if (auto painted = paintPart(scene, wall, plan, views, tile.eye, part, block); !painted) return painted;
+            _targets.endPart();
         }
-        if (intoColour) {
+    return {};
+}
+
+Result<void> TilePainter::paintShadows(const Aspect& scene, const FramePlan& plan, std::span<ViewPainting> views,
+                                       const PixelRect& tile) {
+    if (!plan.hasPass(PassKind::ShadowMap)) return {};
+    for (std::uint32_t i = 0; i < views.size(); ++i) {
+        ViewPainting& painting = views[i];
+        painting.masks.clear();
+        if (painting.area.empty() || painting.scene.lights.fits.empty()) continue;
+        const View& view = *painting.scene.view;
+        const std::int32_t reach = plan.reachOf(i);
+        const PixelRect grown{tile.x - reach, tile.y - reach, tile.width + 2 * reach, tile.height + 2 * reach};
+        for (const ShadowFit* fit : painting.scene.lights.fits)
+            painting.masks.emplace_back(fit->clipFromWorld * glm::translate(glm::dmat4(1.0), view.eyeWorld), fit->mapSize,
+                                        kNormalOffsetReach * std::abs(fit->normalOffset) + kTexelReach);
+        markReceivers(painting.scene, tileFrustum(view, intersect(grown, view.region), kMarginPixels), painting.masks);
+    }
+    for (const PlannedPass& pass : plan.passes) {
+        if (pass.kind != PassKind::ShadowMap || views[pass.view].area.empty()) continue;
+        if (auto drawn = drawShadowMap(scene, views[pass.view], pass.first); !drawn) return drawn;
+    }
+    return {};
+}
+
+Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, const FramePlan& plan,
+                                    std::span<ViewPainting> views, Eye eye, const PixelRect& part, const PixelRect& block) {
+    for (std::uint32_t i = 0; i < views.size(); ++i) {
+        ViewPainting& painting = views[i];
+        painting.area = {};
+        if (!painting.scene.viewport || painting.scene.view->eye != eye) continue;
+        const View& view = *painting.scene.view;
+        const std::int32_t reach = plan.reachOf(i);
+        const PixelRect grown{part.x - reach, part.y - reach, part.width + 2 * reach, part.height + 2 * reach};
+        painting.block = intersect(block, view.region);
+        painting.area = intersect(grown, painting.block);
+        if (painting.area.empty()) continue;
+        painting.visible = listVisible(painting.scene, tileFrustum(view, painting.area, kMarginPixels));
+    }
+    std::size_t current = SIZE_MAX;  // the view whose colours are being drawn
+    for (const PlannedPass& pass : plan.passes) {
+        if (pass.kind == PassKind::ShadowMap || pass.kind == PassKind::Resolve) continue;
+        ViewPainting& painting = views[pass.view];
+        if (painting.area.empty()) continue;
+        const LightBuffers& lights = _lightBuffers[pass.view];
+        lights.lights.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 0);
+        lights.indices.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 1);
+        lights.shadows.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 2);
+        if (painting.shadowMaps) painting.shadowMaps->bind(static_cast<GLuint>(TextureUnit::ShadowMaps));
+        if (pass.kind != PassKind::Layers) {
             _targets.bindColour();
-            bindView(view);
+            bindView(painting);
             if (current != pass.view) {
                 _targets.clearDepth(false);
                 if (pass.kind == PassKind::Background) _targets.clearLayers();
@@ -366,17 +403,16 @@ Result<void> TilePainter::paint(const Aspect& scene, const WallViews& wall, cons
         }
         Result<void> done;
         switch (pass.kind) {
-            case PassKind::ShadowMap: done = drawShadowMap(scene, view, pass.first); break;
-            case PassKind::Background: done = drawBackground(scene, view); break;
-            case PassKind::Surfaces: done = drawSurfaces(scene, view, false); break;
-            case PassKind::Blend: done = drawSurfaces(scene, view, true); break;
-            case PassKind::Foreground: done = drawForegrounds(scene, view); break;
-            case PassKind::Layers: done = drawLayers(scene, wall, view, pass.first); break;
+            case PassKind::Background: done = drawBackground(scene, painting); break;
+            case PassKind::Surfaces: done = drawSurfaces(scene, painting, false); break;
+            case PassKind::Blend: done = drawSurfaces(scene, painting, true); break;
+            case PassKind::Foreground: done = drawForegrounds(scene, painting); break;
+            case PassKind::Layers: done = drawLayers(scene, wall, painting, pass.first); break;
+            case PassKind::ShadowMap:
             case PassKind::Resolve: break;
         }
         if (!done) return done;
     }
-    _targets.endTile();
     return {};
 }
 

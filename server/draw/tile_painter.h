@@ -31,10 +31,11 @@ class StreamBuffer {
 struct ViewPainting {
     ViewScene scene;
     StandardShadowMaps* shadowMaps = nullptr;
-    // For the tile at hand.
-    std::optional<DrawList> visible;
-    std::vector<CasterMask> masks;  // by shadow
-    PixelRect area;                 // of the tile, grown by the reach, within the view's region
+    std::vector<CasterMask> masks;  // by shadow, for the tile at hand
+    // For the part of the tile at hand.
+    DrawList visible;
+    PixelRect area;   // of the part, grown by the reach, within the view's region
+    PixelRect block;  // what the work images stand for, within the view's region
 };
 
 // Runs the passes of a frame plan for one tile after the other.
@@ -55,8 +56,12 @@ class TilePainter {
     const Counts& counts() const { return _counts; }
 
    private:
-    struct Frame;
-    Result<void> startView(const WallViews& wall, ViewPainting& view, const TileAssignment& tile, std::int32_t reach);
+    // Shadow maps, for all of the tile.
+    Result<void> paintShadows(const Aspect& scene, const FramePlan& plan, std::span<ViewPainting> views,
+                              const PixelRect& tile);
+    // Everything else, for a part of the tile.
+    Result<void> paintPart(const Aspect& scene, const WallViews& wall, const FramePlan& plan,
+                           std::span<ViewPainting> views, Eye eye, const PixelRect& part, const PixelRect& block);
     Result<void> drawShadowMap(const Aspect& scene, ViewPainting& view, std::uint32_t shadow);
     Result<void> drawBackground(const Aspect& scene, ViewPainting& view);
     Result<void> drawForegrounds(const Aspect& scene, ViewPainting& view);

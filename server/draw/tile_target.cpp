@@ -41,13 +41,7 @@ std::uint64_t bytesOf(GLenum format) {
 }  // namespace
 
 Result<void> TileTargets::reserve(const WallViews& views, std::span<const TileAssignment> tiles, std::uint32_t lights) {
-    PixelSize work;
-    for (const TileAssignment& tile : tiles) {
-        work.width = std::max(work.width, tile.pixels.width);
-        work.height = std::max(work.height, tile.pixels.height);
-    }
-    const bool exact = views.tiles == TileMode::Exact;
-    if (exact) work = views.wall;
+    const PixelSize work = workSizeOf(views);
     if (!wants(views.layers, Layer::LightFactors)) lights = 0;
     const std::uint32_t factorImages = (std::min(lights, kFactorLayersPerPass) + 3) / 4;
     const std::vector<LayerFormat> formats = formatsOf(views.layers);
@@ -56,7 +50,7 @@ Result<void> TileTargets::reserve(const WallViews& views, std::span<const TileAs
         std::equal(tiles.begin(), tiles.end(), _finished.begin(),
                    [](const TileAssignment& a, const Finished& b) { return a.pixels == b.tile.pixels; });
     const bool same = work == _workSize && _samples == views.samples && _layerMask == views.layers && sameTiles &&
-                      _exact == exact && static_cast<std::uint32_t>(_factors.colourCount()) == factorImages;
+                      static_cast<std::uint32_t>(_factors.colourCount()) == factorImages;
     if (same) {
         for (std::size_t i = 0; i < tiles.size(); ++i) _finished[i].tile = tiles[i];
     } else {
@@ -148,23 +142,21 @@ Result<void> TileTargets::reserve(const WallViews& views, std::span<const TileAs
         _workSize = work;
         _samples = views.samples;
         _layerMask = views.layers;
-        _exact = exact;
     }
     _lights = lights;
     for (Finished& finished : _finished) finished.factors.assign(lights, {});
     return {};
 }
 
-PixelRect TileTargets::tileInWork(std::size_t tile) const {
-    const PixelRect& pixels = _finished[tile].tile.pixels;
-    return {pixels.x - _origin.x, pixels.y - _origin.y, pixels.width, pixels.height};
+PixelRect TileTargets::partInWork() const {
+    return {_part.x - _origin.x, _part.y - _origin.y, _part.width, _part.height};
 }
 
-void TileTargets::beginTile(std::size_t tile, std::int32_t reach) {
+void TileTargets::beginPart(std::size_t tile, const PixelRect& part, const PixelRect& block, std::int32_t reach) {
     _tile = tile;
-    const PixelRect& pixels = _finished[tile].tile.pixels;
-    _origin = _exact ? glm::ivec2(0) : glm::ivec2(pixels.x, pixels.y);
-    const PixelRect place = tileInWork(tile);
+    _part = part;
+    _origin = {block.x, block.y};
+    const PixelRect place = partInWork();
     glEnable(GL_SCISSOR_TEST);
     glScissor(place.x - reach, place.y - reach, place.width + 2 * reach, place.height + 2 * reach);
     glDepthMask(GL_TRUE);
@@ -191,23 +183,27 @@ void TileTargets::clearDepth(bool ofLayers) {
     else if (hasFactors()) _factors.clearDepth(0.0f);
 }
 
-void TileTargets::endTile() {
-    const PixelRect place = tileInWork(_tile);
+void TileTargets::endPart() {
+    const PixelRect place = partInWork();
     Finished& finished = _finished[_tile];
+    const glm::ivec2 to(_part.x - finished.tile.pixels.x, _part.y - finished.tile.pixels.y);
     glDisable(GL_SCISSOR_TEST);
-    const auto copy = [&](const gl::Framebuffer& source, int from, int to) {
-        glNamedFramebufferReadBuffer(source.id(), GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(from));
-        glNamedFramebufferDrawBuffer(finished.framebuffer.id(), GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(to));
+    const auto copy = [&](const gl::Framebuffer& source, int fromImage, int toImage) {
+        glNamedFramebufferReadBuffer(source.id(), GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(fromImage));
+        glNamedFramebufferDrawBuffer(finished.framebuffer.id(), GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(toImage));
         glBlitNamedFramebuffer(source.id(), finished.framebuffer.id(), place.x, place.y, place.x + place.width,
-                               place.y + place.height, 0, 0, place.width, place.height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+                               place.y + place.height, to.x, to.y, to.x + place.width, to.y + place.height,
+                               GL_COLOR_BUFFER_BIT, GL_NEAREST);
     };
     copy(_colour, 0, 0);
     for (int i = 0; i < _layers.colourCount(); ++i) copy(_layers, i, i + 1);
 }
 
 Result<void> TileTargets::keepFactors(std::uint32_t firstLight, const PixelRect& wallRegion) {
-    const PixelRect place = tileInWork(_tile);
+    const PixelRect place = partInWork();
     Finished& finished = _finished[_tile];
+    const PixelRect& tile = finished.tile.pixels;
+    const glm::ivec2 toTile(_origin.x - tile.x, _origin.y - tile.y);  // from pixels of the work images
     const gl::PixelRect rect{{place.x, place.y}, {place.width, place.height}};
     // Views may overlap: this one's pixels replace what an earlier one left.
     const PixelRect region = intersect(
@@ -220,12 +216,13 @@ Result<void> TileTargets::keepFactors(std::uint32_t firstLight, const PixelRect&
             const std::uint32_t light = firstLight + static_cast<std::uint32_t>(image) * 4 + channel;
             if (light >= finished.factors.size()) break;
             std::vector<float>& kept = finished.factors[light];
-            kept.resize(pixels->size(), 0.0f);
+            kept.resize(static_cast<std::size_t>(tile.area()), 0.0f);
             for (std::int32_t y = region.y; y < region.y + region.height; ++y)
                 for (std::int32_t x = region.x; x < region.x + region.width; ++x) {
-                    const std::size_t i = static_cast<std::size_t>(y - place.y) * static_cast<std::size_t>(place.width) +
-                                          static_cast<std::size_t>(x - place.x);
-                    kept[i] = (*pixels)[i][static_cast<int>(channel)];
+                    const auto from = static_cast<std::size_t>(std::int64_t{y - place.y} * place.width + (x - place.x));
+                    const auto to =
+                        static_cast<std::size_t>(std::int64_t{y + toTile.y} * tile.width + (x + toTile.x));
+                    kept[to] = (*pixels)[from][static_cast<int>(channel)];
                 }
         }
     }

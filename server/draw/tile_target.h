@@ -9,16 +9,17 @@
 
 namespace umbriel {
 
-// The images that tiles are drawn into, and the finished tiles. Work images are as large as the wall (exact mode) or as
-// the largest tile (offset mode) and used by one tile after the other; what is finished is copied to images of the tile's
-// own size.
+// The images that tiles are drawn into, and the finished tiles. Work images are as large as the wall (exact mode) or as a
+// block of it (offset mode, see kBlockPixels) and used by one part of a tile after the other; what is finished is copied
+// to images of the tile's own size.
 class TileTargets {
    public:
     // Makes or keeps images for these tiles. lights: light-factor layers. Errors: out of memory.
     Result<void> reserve(const WallViews& views, std::span<const TileAssignment> tiles, std::uint32_t lights);
 
-    // Clears the part of the work images that the tile (grown by reach) uses.
-    void beginTile(std::size_t tile, std::int32_t reach);
+    // Starts a part of a tile: rectangles on the wall. block: what the work images stand for. Clears the part, grown by
+    // reach.
+    void beginPart(std::size_t tile, const PixelRect& part, const PixelRect& block, std::int32_t reach);
     // The wall pixel at the work images' pixel (0, 0).
     glm::ivec2 wallOrigin() const { return _origin; }
     // Target of colour passes.
@@ -35,7 +36,7 @@ class TileTargets {
     void clearDepth(bool ofLayers);  // in the current scissor
 
     // Copies what is finished to the tile's own images.
-    void endTile();
+    void endPart();
     // After the factors of a batch of lights were drawn for a view's region of the wall.
     Result<void> keepFactors(std::uint32_t firstLight, const PixelRect& wallRegion);
 
@@ -54,14 +55,13 @@ class TileTargets {
         gl::Framebuffer framebuffer;
         std::vector<std::vector<float>> factors;  // by light; read back, as there may be hundreds
     };
-    PixelRect tileInWork(std::size_t tile) const;
+    PixelRect partInWork() const;
 
     // What the images were made for.
     PixelSize _workSize;
     std::uint32_t _samples = 0;
     std::uint32_t _layerMask = 0;
     std::uint32_t _lights = 0;
-    bool _exact = false;
 
     std::vector<gl::Texture2D> _textures;
     std::vector<gl::Renderbuffer> _renderbuffers;
@@ -70,6 +70,7 @@ class TileTargets {
     gl::Framebuffer _factors;
     std::vector<Finished> _finished;
     std::size_t _tile = 0;
+    PixelRect _part;
     glm::ivec2 _origin{0};
     std::uint64_t _bytes = 0;
 };

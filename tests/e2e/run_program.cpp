@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 pid_t start(const std::string& program, const std::vector<std::string>& arguments, const fs::path& out, const fs::path& err) {
-    const std::string path = (fs::path(UMBRIEL_BIN_DIR) / program).string();
+    const std::string path = (fs::path(UMBRIEL_BIN_DIR) / program).string();  // an absolute program stays itself
     std::vector<char*> argv{const_cast<char*>(path.c_str())};
     for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);

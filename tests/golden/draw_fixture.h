@@ -97,15 +97,20 @@ inline Mesh boxMesh(glm::vec3 half) {
 // A scene, a renderer, and a wall to look at it.
 class DrawTest : public ::testing::Test {
    protected:
+    // Also called by tests to start over with an empty scene.
     void SetUp() override {
+        scene.reset();
+        renderer.reset();
+        context.reset();
         auto created = gl::HeadlessContext::create();
         ASSERT_TRUE(created) << created.error().message;
         context.emplace(std::move(*created));
         auto made = Renderer::create(*context, {});
         ASSERT_TRUE(made) << made.error().message;
         renderer = std::move(*made);
-        registerCoreTypes(types);
-        scene = std::make_unique<Aspect>(types, ids);
+        types = std::make_unique<TypeRegistry>();
+        registerCoreTypes(*types);
+        scene = std::make_unique<Aspect>(*types, ids);
         root = scene->create<Node>("root");
         viewport = scene->create<Viewport>("main");
         scene->edit(viewport).set<&Viewport::root>(root).set<&Viewport::shadowMode>(ShadowMode::Standard);
@@ -292,7 +297,7 @@ class DrawTest : public ::testing::Test {
 
     std::optional<gl::HeadlessContext> context;
     std::unique_ptr<Renderer> renderer;
-    TypeRegistry types;
+    std::unique_ptr<TypeRegistry> types;
     IdSource ids;
     std::unique_ptr<Aspect> scene;
     Ref<Node> root;

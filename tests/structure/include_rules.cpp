@@ -203,8 +203,6 @@ std::vector<std::string> wrongIncludes(const std::string& path, std::string_view
                 complain("our own files are included with quotes");
             } else if (!mayInclude(from, to)) {
                 complain(from + " may not include " + to);
-            } else if (path.ends_with(".glsl") && to != "shaders") {
-                complain("GLSL includes GLSL only");
             }
             continue;
         }

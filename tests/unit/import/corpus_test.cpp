@@ -2,7 +2,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -20,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 class Corpus : public testing::Test {
-   protected:
+ protected:
     void SetUp() override {
         const char* shared = std::getenv("UMBRIEL_SHARED");
         if (!shared || !fs::exists(fs::path(shared) / "data")) GTEST_SKIP() << "UMBRIEL_SHARED is not set";
@@ -41,7 +40,6 @@ std::size_t trianglesBelow(const Aspect& scene, Ref<Node> root) {
     return count;
 }
 
-
 // Rows of the manifest's table of scenes: path and "tris drawn N".
 std::map<std::string, std::size_t> trianglesOfManifest(const fs::path& data) {
     std::map<std::string, std::size_t> triangles;
@@ -61,13 +59,9 @@ TEST_F(Corpus, RealScenesHaveTheTrianglesOfTheirManifest) {
         if (name.find("unsupported/") != std::string::npos) continue;
         IdSource ids;
         Aspect scene(_types, ids);
-        const auto start = std::chrono::steady_clock::now();
         const auto loaded = loadScene((_data / name).string(), scene, ids);
-        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         ASSERT_TRUE(loaded) << loaded.error().message;
         EXPECT_EQ(trianglesBelow(scene, scene.get(loaded->scene).root), triangles) << name;
-        std::cout << name << ": " << seconds << " s, " << scene.containerCount() << " containers\n";
-        for (const std::string& warning : loaded->warnings) std::cout << "  " << warning << "\n";
     }
 }
 
@@ -90,8 +84,6 @@ TEST_F(Corpus, MeshesLoad) {
             const auto loaded = loadScene(entry.path().string(), scene, ids);
             ASSERT_TRUE(loaded) << loaded.error().message;
             EXPECT_GT(trianglesBelow(scene, scene.get(loaded->scene).root), 0u) << entry.path();
-            std::cout << entry.path().filename() << ": " << trianglesBelow(scene, scene.get(loaded->scene).root) << "\n";
-            for (const std::string& warning : loaded->warnings) std::cout << "  " << warning << "\n";
         }
 }
 
@@ -120,25 +112,21 @@ TEST_F(Corpus, BrokenFilesEndInTimeAndMemoryAndValidOnesLoad) {
     std::sort(files.begin(), files.end());
     std::size_t loadedCount = 0;
     std::size_t refusedCount = 0;
-    double longest = 0.0;
+    ImportLimits limits;
+    limits.wallTime = std::chrono::seconds(10);  // whoever takes longer is a failure, not bad input
     for (const fs::path& file : files) {
         const std::string name = fs::relative(file, _data).string();
         IdSource ids;
         Aspect scene(_types, ids);
-        const auto start = std::chrono::steady_clock::now();
-        const auto loaded = loadScene(file.string(), scene, ids);
-        longest = std::max(longest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        const auto loaded = loadScene(file.string(), scene, ids, limits);
         const auto expected = errors.find(name);
         const int known = expected == errors.end() ? -1 : expected->second;
         if (loaded) {
             ++loadedCount;
-            if (known != 0) std::cout << "LOADED " << name << " (" << known << ")\n";
-            for (const std::string& warning : loaded->warnings) std::cout << "      " << warning << "\n";
             continue;
         }
         ++refusedCount;
         const std::string& reason = loaded.error().message;
-        if (file.extension() != ".exr") std::cout << "refused " << known << " " << reason << "\n";
         EXPECT_NE(known, 0) << reason;
         EXPECT_NE(reason.find(file.string()), std::string::npos) << "names the file: " << reason;
         EXPECT_EQ(reason.find('\n'), std::string::npos) << reason;
@@ -146,11 +134,10 @@ TEST_F(Corpus, BrokenFilesEndInTimeAndMemoryAndValidOnesLoad) {
         EXPECT_EQ(reason.find("crashed"), std::string::npos) << reason;
         EXPECT_EQ(loaded.error().kind, Error::Kind::BadInput) << reason;
     }
-    EXPECT_LT(longest, 10.0);
     rusage children{};
     getrusage(RUSAGE_CHILDREN, &children);
     EXPECT_LT(children.ru_maxrss, 2 * 1024 * 1024) << "KiB";
-    std::cout << loadedCount << " loaded, " << refusedCount << " refused, longest " << longest << " s, largest import process "
+    std::cout << loadedCount << " loaded, " << refusedCount << " refused, largest import process "
               << children.ru_maxrss / 1024 << " MiB\n";
 }
 

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <string_view>
 
 #include "client/import/import_child.h"
@@ -8,6 +9,7 @@
 int main(int argc, char** argv) {
     if (argc > 1 && std::string_view(argv[1]) == "import-child")
         return umbriel::runImportChild({std::vector<std::string>(argv + 2, argv + argc)});
+    std::signal(SIGPIPE, SIG_IGN);  // a test may write to a reader that has seen enough
     testing::InitGoogleTest(&argc, argv);
     return RUN_ALL_TESTS();
 }

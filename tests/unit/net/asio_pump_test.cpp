@@ -25,7 +25,7 @@ class Echo final : public protocol::Endpoint {
         _queues.emplace(id, std::make_unique<protocol::SendQueue>(std::size_t{64} << 20));
         if (tag != 0) dialled = id;
     }
-    void dialFailed(std::uint64_t, const std::string& why, TimePoint) override { set([&] { failure = why; }); }
+    void dialFailed(std::uint64_t, const Error& why, TimePoint) override { set([&] { failure = why.message; }); }
     void received(ConnectionId id, std::span<const std::byte> bytes, TimePoint) override {
         if (id == dialled) return set([&] { answer.insert(answer.end(), bytes.begin(), bytes.end()); });
         _queues.at(id)->push({bytes.begin(), bytes.end()});

@@ -189,6 +189,8 @@ TEST_F(AspectTest, theAppliedListWinsForItsFieldsInBothDirections) {
         const ChangeList lost = loser.commit();
         ASSERT_EQ(lost.changed.size(), 1u);
         EXPECT_TRUE(lost.changed[0].fields >> 7 & 1) << "real";
+        EXPECT_EQ(lost.changed[0].multis.at(0).touched.elementCount(), winner.get(every).reals.size())
+            << "all that was replaced counts as touched: a receiver by ranges may have had what lost";
         winner.apply(lost, loser);
         third.apply(lost, loser);
         EXPECT_EQ(winner.get(every).real, winning);

@@ -10,8 +10,8 @@ using test::Random;
 using test::RandomEditor;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr int kSequences = 600;  // instrumented code is slower; the release build does them all
-constexpr int kProperties = 100;
+constexpr int kSequences = 2000;  // instrumented code is slower; the release build does them all
+constexpr int kProperties = 300;
 #else
 constexpr int kSequences = 10'000;
 constexpr int kProperties = 1000;

@@ -1,0 +1,158 @@
+#include "client/session/views.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "client/session/camera.h"
+#include "client/session/shadow_fit.h"
+#include "common/wall/grid.h"
+
+namespace umbriel {
+
+namespace {
+
+// What every OpenGL 4.5 driver has at least; larger maps come with maps drawn in parts.
+constexpr std::uint32_t kMaxMapSize = 16384;
+
+constexpr std::array<std::string_view, kEnumCount<ShadowMode>> kModeNames = {
+    "none",  "std",   "psm",  "lisp",      "trapez",          "pcf",  "ppcf",          "planar", "planar-stencil",
+    "zpass", "zfail", "blob", "light-map", "dual-paraboloid", "cube", "visibility-map"};
+
+Error badViewport(const Viewport& viewport, const std::string& what) {
+    return badInput(fmt::format(
+        "viewport {}: {}",
+        viewport.name->empty() ? fmt::format("#{}", viewport.id().value) : fmt::format("\"{}\"", viewport.name.get()),
+        what));
+}
+
+// What the viewports with one scene have in common.
+struct SceneFacts {
+    Hierarchy hierarchy;
+    Box3d bounds;
+};
+
+// Everything that decides about a set of fits but the views.
+struct FitGroup {
+    std::vector<std::size_t> views;
+    const Viewport* viewport = nullptr;
+};
+
+std::vector<Ref<Node>> sorted(std::vector<Ref<Node>> nodes) {
+    std::sort(nodes.begin(), nodes.end());
+    return nodes;
+}
+
+bool sameShadows(const Viewport& a, const Viewport& b) {
+    return a.root.get() == b.root.get() && a.mapSize.get() == b.mapSize.get() &&
+           a.shadowFit.get() == b.shadowFit.get() && a.offFactor.get() == b.offFactor.get() &&
+           a.offBias.get() == b.offBias.get() && sorted(a.lightNodes.toVector()) == sorted(b.lightNodes.toVector());
+}
+
+void addOnce(std::vector<std::string>& messages, const std::vector<std::string>& more) {
+    for (const std::string& message : more)
+        if (std::find(messages.begin(), messages.end(), message) == messages.end()) messages.push_back(message);
+}
+
+}  // namespace
+
+Result<PixelRect> resolveRegion(const Viewport& viewport, PixelSize wall) {
+    const auto edge = [](float coordinate, std::int32_t pixels) {
+        const double value = coordinate;
+        return std::floor((value <= 1.0 ? value * pixels : value) + 0.5);
+    };
+    const glm::vec2 lowerLeft = viewport.lowerLeft;
+    const glm::vec2 upperRight = viewport.upperRight;
+    for (const float coordinate : {lowerLeft.x, lowerLeft.y, upperRight.x, upperRight.y})
+        if (!(coordinate >= 0.0f && coordinate <= static_cast<float>(kMaxWallSide)))
+            return badViewport(viewport,
+                               fmt::format("a corner coordinate of {}; it must be a fraction from 0 to 1, or up to "
+                                           "{} pixels",
+                                           coordinate, kMaxWallSide));
+    const double left = edge(lowerLeft.x, wall.width), right = edge(upperRight.x, wall.width);
+    const double bottom = edge(lowerLeft.y, wall.height), top = edge(upperRight.y, wall.height);
+    // A viewport too small for a pixel of this wall is no error, one whose corners are crossed is.
+    if (left > right || bottom > top || (lowerLeft == upperRight))
+        return badViewport(viewport,
+                           fmt::format("its lower left corner ({}, {}) is not below and left of its upper right "
+                                       "corner ({}, {})",
+                                       lowerLeft.x, lowerLeft.y, upperRight.x, upperRight.y));
+    return PixelRect{static_cast<std::int32_t>(left), static_cast<std::int32_t>(bottom),
+                     static_cast<std::int32_t>(right - left), static_cast<std::int32_t>(top - bottom)};
+}
+
+Result<ResolvedViews> resolveViews(const Aspect& aspect, Ref<Window> windowRef, PixelSize wall,
+                                   GeometryBounds* bounds) {
+    const auto size = checkedWallSize(wall.width, wall.height);
+    if (!size) return size.error();
+    const Window* window = aspect.find(windowRef);
+    if (!window) return badInput("there is no window to show");
+
+    GeometryBounds ownBounds;
+    GeometryBounds& geometryBounds = bounds ? *bounds : ownBounds;
+    ResolvedViews result;
+    result.views.wall = wall;
+    std::map<ContainerId, SceneFacts> scenes;
+    std::vector<FitGroup> groups;
+    for (const Ref<Viewport> viewportRef : window->viewports.toVector()) {
+        const Viewport* viewport = aspect.find(viewportRef);
+        if (!viewport || viewport->passive) continue;
+        const auto region = resolveRegion(*viewport, wall);
+        if (!region) return region.error();
+        if (intersect(*region, {0, 0, wall.width, wall.height}).empty()) continue;
+
+        const Ref<Node> root = viewport->root;
+        auto facts = scenes.find(root);
+        if (facts == scenes.end())
+            facts = scenes.emplace(root, SceneFacts{Hierarchy(aspect, root), worldBounds(aspect, root, geometryBounds)})
+                        .first;
+
+        View view;
+        view.region = *region;
+        const bool onlyBackground = !aspect.find(root) && !viewport->camera.get();
+        if (!onlyBackground) {
+            const auto resolved =
+                resolveCamera(aspect, viewport->camera, facts->second.hierarchy, *region, facts->second.bounds);
+            if (!resolved) return badViewport(*viewport, resolved.error().message);
+            view = *resolved;
+        }
+        view.viewport = viewportRef;
+
+        const ShadowMode mode = viewport->shadowMode;
+        if (mode != ShadowMode::None && mode != ShadowMode::Standard)
+            return badViewport(*viewport, fmt::format("this version has no shadow mode '{}'; it has none and std",
+                                                      kModeNames[static_cast<std::size_t>(mode)]));
+        if (mode == ShadowMode::Standard && viewport->shadowOn && !onlyBackground) {
+            const auto group = std::find_if(groups.begin(), groups.end(), [&](const FitGroup& other) {
+                return viewport->shadowFit.get() != ShadowFitMode::PerView && sameShadows(*other.viewport, *viewport);
+            });
+            if (group == groups.end())
+                groups.push_back({{result.views.views.size()}, viewport});
+            else
+                group->views.push_back(result.views.views.size());
+        }
+        result.views.views.push_back(std::move(view));
+    }
+
+    for (const FitGroup& group : groups) {
+        const Viewport& viewport = *group.viewport;
+        const SceneFacts& facts = scenes.at(viewport.root.get());
+        std::vector<View> seen;
+        for (std::size_t index : group.views) seen.push_back(result.views.views[index]);
+        ShadowFits fits;
+        const std::uint32_t mapSize = resolveMapSize(viewport.mapSize, wall, kMaxMapSize, fits.messages);
+        addOnce(result.warnings, fits.messages);
+        fits =
+            fitShadows(aspect, lightsInEffect(aspect, viewport.root, facts.hierarchy, viewport.lightNodes.toVector()),
+                       facts.bounds, seen, {viewport.shadowFit, mapSize, viewport.offFactor, viewport.offBias});
+        addOnce(result.warnings, fits.messages);
+        for (std::size_t index : group.views) result.views.views[index].fits = fits.fits;
+    }
+    geometryBounds.sweep();
+    return result;
+}
+
+}  // namespace umbriel

@@ -1,0 +1,49 @@
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <memory>
+
+#include "tests/e2e/run_program.h"
+
+namespace umbriel::e2e {
+namespace {
+
+// A display of this test's own; tests of windows are skipped where Xvfb is not installed.
+class View : public testing::Test {
+   protected:
+    void SetUp() override {
+        if (::access("/usr/bin/Xvfb", X_OK) != 0) GTEST_SKIP() << "needs Xvfb (package xvfb)";
+        // Xvfb looks for a free display number itself and prints it.
+        _xvfb = std::make_unique<Background>("/usr/bin/Xvfb", std::vector<std::string>{"-displayfd", "1", "-screen", "0",
+                                                                                       "640x480x24", "-nolisten", "tcp"});
+        ASSERT_TRUE(_xvfb->waitFor("\n")) << _xvfb->printed();
+        const std::string printed = _xvfb->printed();
+        ::setenv("DISPLAY", (":" + printed.substr(0, printed.find('\n'))).c_str(), 1);
+    }
+    void TearDown() override { ::unsetenv("DISPLAY"); }
+
+    std::unique_ptr<Background> _xvfb;
+};
+
+TEST_F(View, ShowsFramesInAWindowAndCloses) {
+    const Outcome outcome = run("umbriel", {"view", "demo:car", "--size", "320x180", "--shadow", "std", "--frames", "5"});
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    EXPECT_TRUE(outcome.err.empty()) << outcome.err;
+}
+
+TEST_F(View, AWindowMayShowATiledWall) {
+    const Outcome outcome = run("umbriel", {"view", "demo:spheres?n=2", "--size", "320x180", "--grid", "2x2", "--local", "2", "--frames", "3"});
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+}
+
+TEST(ViewWithoutDisplay, IsAFailureInWords) {
+    ::unsetenv("DISPLAY");
+    ::unsetenv("WAYLAND_DISPLAY");
+    const Outcome outcome = run("umbriel", {"view", "demo:car"});
+    EXPECT_EQ(outcome.exitCode, 1);
+    EXPECT_NE(outcome.err.find("window"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace umbriel::e2e

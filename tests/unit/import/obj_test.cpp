@@ -1,0 +1,128 @@
+#include <gtest/gtest.h>
+
+#include "common/scene/materials.h"
+#include "tests/unit/import/gltf_maker.h"
+
+namespace umbriel::test {
+namespace {
+
+constexpr const char* kSquare = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+class Obj : public testing::Test {
+ protected:
+    Loaded loadText(const std::string& text) const { return Loaded(_folder.write("scene.obj", text)); }
+    void expectRefused(const std::string& text, const std::string& reason) const {
+        const Loaded loaded = loadText(text);
+        ASSERT_FALSE(loaded.file) << reason;
+        EXPECT_NE(loaded.error().find(reason), std::string::npos) << loaded.error();
+        EXPECT_NE(loaded.error().find("scene.obj"), std::string::npos) << loaded.error();
+        EXPECT_EQ(loaded.file.error().kind, Error::Kind::BadInput);
+    }
+    TempFolder _folder;
+};
+
+TEST_F(Obj, QuadsBecomeTrianglesOfSharedVertices) {
+    const Loaded loaded = loadText(std::string(kSquare) + "f 1 2 3 4\n");
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    const auto& geometry = loaded.only<Geometry>();
+    EXPECT_EQ(geometry.positions.size(), 4u);
+    EXPECT_EQ(geometry.indices.size(), 6u);
+    EXPECT_TRUE(geometry.normals.empty());
+    EXPECT_TRUE(geometry.texCoords0.empty());
+    EXPECT_EQ(loaded.only<Material>().model.get(), ReflectionModel::BlinnPhong);
+    EXPECT_TRUE(loaded.only<Material>().doubleSided.get());
+}
+
+TEST_F(Obj, NegativeIndicesCountFromTheEnd) {
+    const auto positive = loadText(std::string(kSquare) + "f 1 2 3\n");
+    const auto negative = loadText(std::string(kSquare) + "f -4 -3 -2\n");
+    ASSERT_TRUE(negative.file) << negative.error();
+    EXPECT_TRUE(negative.only<Geometry>().positions.storage().equals(positive.only<Geometry>().positions.storage()));
+}
+
+TEST_F(Obj, TextureCoordinatesAreTurnedToFirstRowFirst) {
+    const Loaded loaded = loadText(std::string(kSquare) + "vt 0 0\nvt 1 0\nvt 1 0.75\nvn 0 0 2\nf 1/1/1 2/2/1 3/3/1\n");
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    EXPECT_EQ(loaded.only<Geometry>().texCoords0[0], glm::vec2(0, 1));
+    EXPECT_EQ(loaded.only<Geometry>().texCoords0[2], glm::vec2(1, 0.25f));
+    EXPECT_EQ(loaded.only<Geometry>().normals[0], glm::vec3(0, 0, 1)) << "normalised";
+}
+
+TEST_F(Obj, ObjectsAndGroupsAreNodes) {
+    const Loaded loaded = loadText(std::string(kSquare) + "o left\nf 1 2 3\no right\nf 1 3 4\n");
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    const Node& root = loaded.scene->get(loaded.root().root.get());
+    ASSERT_EQ(root.children.size(), 2u);
+    EXPECT_EQ(loaded.scene->get(root.children[0]).name.get(), "left");
+    EXPECT_EQ(loaded.scene->get(root.children[1]).name.get(), "right");
+}
+
+TEST_F(Obj, MaterialsComeFromTheLibrary) {
+    _folder.write("looks.mtl",
+                  "newmtl red\nKd 1 0 0\nKs 0.5 0.5 0.5\nKa 0.1 0.1 0.1\nKe 0 0 2\nNs 40\nd 0.25\nmap_Kd absent.png\n"
+                  "newmtl dull\nKd 0.5 0.5 0.5\nNs 0\n");
+    const Loaded loaded =
+        loadText("mtllib looks.mtl\n" + std::string(kSquare) + "usemtl red\nf 1 2 3\nusemtl dull\nf 1 3 4\n");
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    EXPECT_EQ(loaded.count<Geometry>(), 2u);
+    const Material* red = nullptr;
+    for (const ContainerId id : loaded.scene->ids())
+        if (const auto* material = loaded.scene->findAs<Material>(id); material && material->name.get() == "red")
+            red = material;
+    ASSERT_TRUE(red);
+    EXPECT_EQ(red->baseColour.get(), glm::vec4(1, 0, 0, 0.25f));
+    EXPECT_EQ(red->alphaMode.get(), AlphaMode::Blend);
+    EXPECT_EQ(red->specular.get(), glm::vec3(0.5f));
+    EXPECT_EQ(red->ambient.get(), glm::vec3(0.1f));
+    EXPECT_EQ(red->emission.get(), glm::vec3(0, 0, 2));
+    EXPECT_EQ(red->shininess.get(), 40.0f);
+    EXPECT_TRUE(loaded.warnsOf("material 'red' map_Kd: cannot read 'absent.png'"));
+}
+
+TEST_F(Obj, AMissingLibraryIsAWarning) {
+    const Loaded loaded = loadText("mtllib absent.mtl\n" + std::string(kSquare) + "usemtl red\nf 1 2 3\n");
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    EXPECT_TRUE(loaded.warnsOf("absent.mtl"));
+    EXPECT_EQ(loaded.only<Material>().baseColour.get(), glm::vec4(0.8f, 0.8f, 0.8f, 1.0f));
+}
+
+TEST_F(Obj, ALibraryOutsideTheFolderIsNotRead) {
+    const TempFolder outside;
+    const std::string secret = outside.write("secret.mtl", "newmtl red\nKd 1 0 0\n");
+    for (const std::string& name : {secret, std::string("../secret.mtl")}) {
+        const Loaded loaded = loadText("mtllib " + name + "\n" + kSquare + "usemtl red\nf 1 2 3\n");
+        ASSERT_TRUE(loaded.file) << loaded.error();
+        EXPECT_TRUE(loaded.warnsOf("only files below the folder")) << name;
+    }
+}
+
+TEST_F(Obj, TrailingSlashesAreNoIndices) {
+    const Loaded loaded = loadText(std::string(kSquare) + "vt 0 0\nf 1/1/ 2/1/ 3/1/\nf 1// 3// 4//\n");
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    EXPECT_EQ(loaded.only<Geometry>().indices.size(), 6u);
+}
+
+TEST_F(Obj, NumbersThatAreNoneAreRefusedWithTheirLine) {
+    expectRefused("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "line 2: 'nan' is not a finite coordinate");
+    expectRefused("v 0 0 0\nv 1 -inf 0\nv 0 1 0\nf 1 2 3\n", "line 2: '-inf' is not a finite coordinate");
+    expectRefused("v 0 0 0\nv 1 1e39 0\nv 0 1 0\nf 1 2 3\n", "line 2: '1e39' is not a finite coordinate");
+    expectRefused("v 0 0 0\nv 1 zero 0\nv 0 1 0\nf 1 2 3\n", "line 2: 'zero' is not a number");
+    expectRefused("v 0 0\n", "line 1: has 2 numbers where 3 are needed");
+}
+
+TEST_F(Obj, IndicesBeyondTheVerticesDrawNothingAndBreakNothing) {
+    const Loaded loaded = loadText(std::string(kSquare) + "f 1 2 9\nf 1 2 3\n");
+    if (loaded.file)
+        EXPECT_EQ(loaded.only<Geometry>().indices.size(), 3u);
+    else
+        EXPECT_NE(loaded.error().find("9"), std::string::npos);
+}
+
+TEST_F(Obj, PointsAndLinesOnlyIsAnEmptyScene) {
+    const Loaded loaded = loadText(std::string(kSquare) + "p 1\nl 1 2\n");
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    EXPECT_TRUE(loaded.warnsOf("nothing to draw"));
+}
+
+}  // namespace
+}  // namespace umbriel::test
