@@ -37,10 +37,10 @@ constexpr std::array kDemos = {
          0,
          0,
          [](Aspect& aspect, int) { return buildCloth(aspect); }},
-    Demo{{"spheres", "n x n spheres, roughness to the right, metalness to the back",
-          "n=SPHERES along each side (1 to 64, default 7)"},
-         7,
-         64,
+    Demo{{"spheres", "a square of spheres, roughness to the right, metalness to the back",
+          "n=SPHERES (1 to 10000, default 49)"},
+         49,
+         10000,
          [](Aspect& aspect, int count) { return buildSpheres(aspect, count); }},
 };
 

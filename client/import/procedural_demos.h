@@ -9,6 +9,6 @@ namespace umbriel {
 Ref<LoadedScene> buildCar(Aspect& aspect);
 Ref<LoadedScene> buildCity(Aspect& aspect, int buildings);
 Ref<LoadedScene> buildCloth(Aspect& aspect);
-Ref<LoadedScene> buildSpheres(Aspect& aspect, int perSide);
+Ref<LoadedScene> buildSpheres(Aspect& aspect, int count);
 
 }  // namespace umbriel

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "client/import/procedural_demos.h"
 #include "client/import/procedural_kit.h"
 
@@ -27,7 +29,8 @@ void addFloor(SceneKit& kit, double side, int squares) {
 
 }  // namespace
 
-Ref<LoadedScene> buildSpheres(Aspect& aspect, int perSide) {
+Ref<LoadedScene> buildSpheres(Aspect& aspect, int count) {
+    const int perSide = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count))));
     SceneKit kit(aspect, "spheres", {-0.45f, -0.9f, -0.5f}, glm::vec3(2.9f, 2.8f, 2.6f),
                  glm::vec3(0.28f, 0.32f, 0.38f));
     constexpr double kRadius = 0.4;
@@ -38,7 +41,7 @@ Ref<LoadedScene> buildSpheres(Aspect& aspect, int perSide) {
     const Ref<Geometry> sphere = kit.geometry("sphere", ball, kit.material("white", {}));
     // One geometry for all: the material of each sphere is in a group above it.
     for (int row = 0; row < perSide; ++row)
-        for (int column = 0; column < perSide; ++column) {
+        for (int column = 0; column < perSide && row * perSide + column < count; ++column) {
             const float across = perSide > 1 ? static_cast<float>(column) / static_cast<float>(perSide - 1) : 0.3f;
             const float back = perSide > 1 ? static_cast<float>(row) / static_cast<float>(perSide - 1) : 0.0f;
             const std::string name = fmt::format("roughness {:.2f} metallic {:.2f}", across, back);

@@ -28,7 +28,7 @@ void render(std::vector<std::string> arguments) {
 
 TEST(Render, WritesAWholePictureOfADemoWithCoverage) {
     const TemporaryFolder folder;
-    render({"demo:spheres?n=3", "--size", "160x90", "--out", folder / "a.exr"});
+    render({"demo:spheres?n=9", "--size", "160x90", "--out", folder / "a.exr"});
     const auto image = readExr(folder / "a.exr");
     ASSERT_TRUE(image);
     EXPECT_EQ(image->width(), 160);
@@ -168,7 +168,7 @@ TEST(Render, ServersEndWithAClientThatIsKilled) {
 
 TEST(Render, LayersArriveInTheFile) {
     const TemporaryFolder folder;
-    render({"demo:spheres?n=2", "--size", "64x36", "--grid", "2x1", "--layers", "depth,position,normal,ids", "--out", folder / "a.exr"});
+    render({"demo:spheres?n=4", "--size", "64x36", "--grid", "2x1", "--layers", "depth,position,normal,ids", "--out", folder / "a.exr"});
     const auto image = readExr(folder / "a.exr");
     ASSERT_TRUE(image);
     for (const char* name : {"depth", "position", "normal"}) EXPECT_NE(image->floatLayer(name), nullptr) << name;

@@ -33,7 +33,7 @@ TEST_F(View, ShowsFramesInAWindowAndCloses) {
 }
 
 TEST_F(View, AWindowMayShowATiledWall) {
-    const Outcome outcome = run("umbriel", {"view", "demo:spheres?n=2", "--size", "320x180", "--grid", "2x2", "--local", "2", "--frames", "3"});
+    const Outcome outcome = run("umbriel", {"view", "demo:spheres?n=4", "--size", "320x180", "--grid", "2x2", "--local", "2", "--frames", "3"});
     EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
 }
 

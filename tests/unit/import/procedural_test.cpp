@@ -134,7 +134,7 @@ TEST_P(Demos, AreTheSameEveryTime) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Demos,
-                         testing::Values("demo:car", "demo:city?n=300", "demo:cloth", "demo:spheres?n=3",
+                         testing::Values("demo:car", "demo:city?n=300", "demo:cloth", "demo:spheres?n=10",
                                          "demo:spheres?n=1"));
 
 class DemoFigures : public Demos {};
