@@ -196,7 +196,7 @@ TEST_F(TilesTest, SixteenServersDrawLittleMoreThanOne) {
     for (int i = 0; i < 2000; ++i)
         node(placed(all, {-290.0 + 13.0 * (i % 45), 5.0, -290.0 + 13.0 * (i / 45)}), house);
     const PixelSize wall{640, 360};
-    View view = lookAt({-60, 45, 330}, {0, 0, 0}, 0.8, wall);
+    View view = lookAt({-160, 260, 520}, {0, 0, 0}, 0.8, wall);
     view.fits = {fitSphere(sun.id, travels, {0, 0, 0}, 430, 1024)};
     const WallImage whole = drawColour(wallViews(view));
     const DrawStatistics one = statistics;
