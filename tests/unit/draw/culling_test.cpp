@@ -46,15 +46,18 @@ bool seen(const View& view, const PixelRect& pixels, const glm::dvec3& relative)
 
 RC_GTEST_PROP(Culling, ABoxWithAVisiblePointIsNeverOutside, ()) {
     const View view = viewOf({640, 360});
-    const PixelRect tile{*rc::gen::inRange(0, 600), *rc::gen::inRange(0, 300), *rc::gen::inRange(1, 40), *rc::gen::inRange(1, 60)};
+    const PixelRect tile{*rc::gen::inRange(0, 600), *rc::gen::inRange(0, 300), *rc::gen::inRange(1, 40),
+                         *rc::gen::inRange(1, 60)};
     const Box box = anyBox(5.0);
     const ObjectFrustum frustum(tileFrustum(view, tile, 0.0), glm::dmat4(1.0));
     const Overlap overlap = frustum.classify(box);
     for (int i = 0; i < 64; ++i) {
         const glm::dvec3 t = (anyPoint(1.0) + 1.0) * 0.5;
         const glm::dvec3 point = glm::mix(glm::dvec3(box.minimum), glm::dvec3(box.maximum), t);
-        if (seen(view, tile, point)) RC_ASSERT(overlap != Overlap::Outside);
-        else RC_ASSERT(overlap != Overlap::Inside);
+        if (seen(view, tile, point))
+            RC_ASSERT(overlap != Overlap::Outside);
+        else
+            RC_ASSERT(overlap != Overlap::Inside);
     }
 }
 
@@ -79,7 +82,8 @@ TEST(Culling, AnEmptyBoxIsOutside) {
 // A caster that shades a visible point of a receiver is drawn, whatever the boxes, tile and light.
 RC_GTEST_PROP(CasterMask, ACasterOfAVisiblePointIsKept, ()) {
     const View view = viewOf({640, 360});
-    const PixelRect tile{*rc::gen::inRange(0, 600), *rc::gen::inRange(0, 300), *rc::gen::inRange(1, 200), *rc::gen::inRange(1, 200)};
+    const PixelRect tile{*rc::gen::inRange(0, 600), *rc::gen::inRange(0, 300), *rc::gen::inRange(1, 200),
+                         *rc::gen::inRange(1, 200)};
     const Frustum frustum = tileFrustum(view, tile, 1.0);
     const glm::dvec3 travels = glm::normalize(anyPoint(1.0) + glm::dvec3(0.0, -2.0, 0.0));
     const glm::dmat4 lightFromRelative = glm::lookAt(-travels * 20.0, glm::dvec3(0), glm::dvec3(1, 0, 0.1));

@@ -8,7 +8,7 @@ namespace {
 constexpr std::int32_t kLimit = 16384;
 
 class FramePlanTest : public ::testing::Test {
-   protected:
+ protected:
     FramePlanTest() {
         views.wall = {640, 360};
         views.views.resize(1);

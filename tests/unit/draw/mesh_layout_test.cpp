@@ -26,7 +26,8 @@ Grid makeGrid(std::uint32_t cells) {
     for (std::uint32_t y = 0; y < cells; ++y)
         for (std::uint32_t x = 0; x < cells; ++x) {
             const std::uint32_t a = y * (cells + 1) + x;
-            for (const std::uint32_t i : {a, a + 1, a + cells + 2, a, a + cells + 2, a + cells + 1}) grid.indices.push_back(i);
+            for (const std::uint32_t i : {a, a + 1, a + cells + 2, a, a + cells + 2, a + cells + 1})
+                grid.indices.push_back(i);
         }
     return grid;
 }

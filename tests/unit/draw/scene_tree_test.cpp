@@ -10,7 +10,7 @@ namespace umbriel {
 namespace {
 
 class SceneTreeTest : public ::testing::Test {
-   protected:
+ protected:
     SceneTreeTest() {
         registerCoreTypes(types);
         scene = std::make_unique<Aspect>(types, ids);
