@@ -16,9 +16,8 @@ double crossOf(const glm::dvec2& o, const glm::dvec2& a, const glm::dvec2& b) {
 
 // Andrew's monotone chain; counter-clockwise.
 std::vector<glm::dvec2> convexHull(std::vector<glm::dvec2> points) {
-    std::sort(points.begin(), points.end(), [](const glm::dvec2& a, const glm::dvec2& b) {
-        return a.x < b.x || (a.x == b.x && a.y < b.y);
-    });
+    std::sort(points.begin(), points.end(),
+              [](const glm::dvec2& a, const glm::dvec2& b) { return a.x < b.x || (a.x == b.x && a.y < b.y); });
     if (points.size() < 3) return points;
     std::vector<glm::dvec2> hull(points.size() * 2);
     std::size_t size = 0;
@@ -97,7 +96,9 @@ void CasterMask::visitCells(const Footprint& footprint, double dilation, Visit&&
             maximum = glm::max(maximum, point);
         }
     }
-    const auto cell = [](double place) { return static_cast<int>(std::clamp(std::floor(place), -1.0, double{kCells})); };
+    const auto cell = [](double place) {
+        return static_cast<int>(std::clamp(std::floor(place), -1.0, double{kCells}));
+    };
     const int left = std::max(cell(minimum.x - dilation), 0);
     const int right = std::min(cell(maximum.x + dilation), kCells - 1);
     const int bottom = std::max(cell(minimum.y - dilation), 0);
@@ -118,12 +119,14 @@ void CasterMask::visitCells(const Footprint& footprint, double dilation, Visit&&
     }
 }
 
-void CasterMask::addReceiver(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum, bool isInside) {
+void CasterMask::addReceiver(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum,
+                             bool isInside) {
     if (box.empty()) return;
     std::vector<glm::dvec3> points;
     if (isInside) {
         const std::array<glm::dvec3, 8> corners = box.corners();
-        for (const glm::dvec3& corner : corners) points.push_back(glm::dvec3(relativeFromObject * glm::dvec4(corner, 1.0)));
+        for (const glm::dvec3& corner : corners)
+            points.push_back(glm::dvec3(relativeFromObject * glm::dvec4(corner, 1.0)));
     } else {
         points = hullOfIntersection(box, relativeFromObject, frustum);
     }

@@ -7,13 +7,14 @@
 namespace umbriel {
 
 // Which parts of a light's map the visible surfaces of one tile can sample, and how deep: so that only casters that can
-// darken something in this tile are drawn. Coarse and conservative: a map drawn with fewer casters holds the same bits in
-// every texel that the tile samples, up to texels whose caster lies behind everything they are compared with.
+// darken something in this tile are drawn. Coarse and conservative: a map drawn with fewer casters holds the same bits
+// in every texel that the tile samples, up to texels whose caster lies behind everything they are compared with.
 class CasterMask {
-   public:
+ public:
     static constexpr int kCells = 512;  // along each side of the map
 
-    // dilationTexels: how far, along an axis of the map, the texel centre that a point is compared with may lie from it.
+    // dilationTexels: how far, along an axis of the map, the texel centre that a point is compared with may lie from
+    // it.
     CasterMask(const glm::dmat4& lightClipFromRelative, std::uint32_t mapSize, double dilationTexels);
 
     // A box that is visible in the tile, placed by relativeFromObject; of a box that is only partly inside the tile's
@@ -26,7 +27,7 @@ class CasterMask {
     // What was marked, in texels of the map.
     PixelRect texels() const;
 
-   private:
+ private:
     struct Footprint {
         std::vector<glm::dvec2> points;  // in cells
         double nearest = 0.0;            // reversed depth: the largest
@@ -39,9 +40,9 @@ class CasterMask {
 
     glm::dmat4 _clipFromRelative;
     std::uint32_t _mapSize;
-    double _dilation;                    // cells
-    std::vector<float> _farthest;        // reversed depth of the farthest receiver by cell; 2: none
-    PixelRect _marked;                   // cells
+    double _dilation;              // cells
+    std::vector<float> _farthest;  // reversed depth of the farthest receiver by cell; 2: none
+    PixelRect _marked;             // cells
 };
 
 }  // namespace umbriel

@@ -29,7 +29,9 @@ Frustum tileFrustum(const View& view, const PixelRect& pixels, double marginPixe
     const glm::dvec4 y = row(clipFromRelative, 1);
     const glm::dvec4 z = row(clipFromRelative, 2);
     const glm::dvec4 w = row(clipFromRelative, 3);
-    const auto ndc = [](double pixel, std::int32_t origin, std::int32_t size) { return 2.0 * (pixel - origin) / size - 1.0; };
+    const auto ndc = [](double pixel, std::int32_t origin, std::int32_t size) {
+        return 2.0 * (pixel - origin) / size - 1.0;
+    };
     const double left = ndc(pixels.x - marginPixels, view.region.x, view.region.width);
     const double right = ndc(pixels.x + pixels.width + marginPixels, view.region.x, view.region.width);
     const double bottom = ndc(pixels.y - marginPixels, view.region.y, view.region.height);
@@ -84,7 +86,8 @@ void clipPolygon(std::vector<glm::dvec3>& polygon, const Plane& plane) {
     polygon = std::move(result);
 }
 
-std::vector<glm::dvec3> hullOfIntersection(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum) {
+std::vector<glm::dvec3> hullOfIntersection(const Box& box, const glm::dmat4& relativeFromObject,
+                                           const Frustum& frustum) {
     std::vector<glm::dvec3> points;
     std::array<glm::dvec3, 8> corners = box.corners();
     for (glm::dvec3& corner : corners) corner = glm::dvec3(relativeFromObject * glm::dvec4(corner, 1.0));

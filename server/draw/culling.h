@@ -32,8 +32,8 @@ struct Box {
 // Inside is where dot(plane, (point, 1)) >= 0.
 using Plane = glm::dvec4;
 
-// What a rectangle of the wall sees of the world, relative to the view's eye (world axes): left, right, bottom, top, near,
-// far. The far plane of an infinite projection is one that everything is inside of.
+// What a rectangle of the wall sees of the world, relative to the view's eye (world axes): left, right, bottom, top,
+// near, far. The far plane of an infinite projection is one that everything is inside of.
 struct Frustum {
     std::array<Plane, 6> planes;
     // The four corners of the near plane, counter-clockwise from the lower left.
@@ -61,8 +61,9 @@ struct ObjectFrustum {
 // The part of a convex polygon on the inner side of a plane.
 void clipPolygon(std::vector<glm::dvec3>& polygon, const Plane& plane);
 
-// Points whose convex hull contains the intersection of a box (placed by relativeFromObject) with the frustum; none when
-// they do not meet.
-std::vector<glm::dvec3> hullOfIntersection(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum);
+// Points whose convex hull contains the intersection of a box (placed by relativeFromObject) with the frustum; none
+// when they do not meet.
+std::vector<glm::dvec3> hullOfIntersection(const Box& box, const glm::dmat4& relativeFromObject,
+                                           const Frustum& frustum);
 
 }  // namespace umbriel

@@ -64,7 +64,8 @@ DrawList listCasters(const ViewScene& scene, const CasterMask& mask) {
         if (!item.castsShadow || !mask.casts(item.geometry->box(), item.relativeFromObject)) continue;
         const std::span<const Cluster> clusters = item.geometry->clusters();
         for (std::uint32_t c = 0; c < clusters.size(); ++c)
-            if (clusters.size() == 1 || mask.casts(clusters[c].box, item.relativeFromObject)) list.addCluster(i, clusters[c], c);
+            if (clusters.size() == 1 || mask.casts(clusters[c].box, item.relativeFromObject))
+                list.addCluster(i, clusters[c], c);
     }
     list.opaqueEntries = list.entries.size();
     return list;

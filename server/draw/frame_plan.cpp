@@ -37,23 +37,34 @@ constexpr FeatureName kNames[kFeatureCount] = {
 
 const char* nameOf(PassKind kind) {
     switch (kind) {
-        case PassKind::ShadowMap: return "shadow-map";
-        case PassKind::Background: return "background";
-        case PassKind::Surfaces: return "surfaces";
-        case PassKind::Blend: return "blend";
-        case PassKind::Foreground: return "foreground";
-        case PassKind::Resolve: return "resolve";
-        case PassKind::Layers: return "layers";
+        case PassKind::ShadowMap:
+            return "shadow-map";
+        case PassKind::Background:
+            return "background";
+        case PassKind::Surfaces:
+            return "surfaces";
+        case PassKind::Blend:
+            return "blend";
+        case PassKind::Foreground:
+            return "foreground";
+        case PassKind::Resolve:
+            return "resolve";
+        case PassKind::Layers:
+            return "layers";
     }
     return "";
 }
 
 const char* nameOf(BackgroundKind kind) {
     switch (kind) {
-        case BackgroundKind::None: return "none";
-        case BackgroundKind::Colour: return "colour";
-        case BackgroundKind::Gradient: return "gradient";
-        case BackgroundKind::Image: return "image";
+        case BackgroundKind::None:
+            return "none";
+        case BackgroundKind::Colour:
+            return "colour";
+        case BackgroundKind::Gradient:
+            return "gradient";
+        case BackgroundKind::Image:
+            return "image";
     }
     return "";
 }
@@ -72,7 +83,7 @@ std::string bytesText(std::uint64_t bytes) {
 }
 
 class Planner {
-   public:
+ public:
     Planner(const WallViews& views, const std::vector<ViewDemand>& demands, std::span<const TileAssignment> tiles)
         : _views(views), _demands(demands), _tiles(tiles) {}
 
@@ -80,24 +91,27 @@ class Planner {
         const PixelSize work = workSizeOf(_views);
         if (_views.tiles == TileMode::Exact) {
             if (work.width > limit || work.height > limit)
-                return badInput(fmt::format(
-                    "--tiles exact needs a target of the whole wall, {}x{} pixels ({} at {} sample(s)), and this driver "
-                    "allows {}; use --tiles offset", work.width, work.height,
-                    bytesText(std::uint64_t(work.width) * std::uint64_t(work.height) * 20 * _views.samples),
-                    _views.samples, limit));
+                return badInput(
+                    fmt::format("--tiles exact needs a target of the whole wall, {}x{} pixels ({} at {} sample(s)), "
+                                "and this driver "
+                                "allows {}; use --tiles offset",
+                                work.width, work.height,
+                                bytesText(std::uint64_t(work.width) * std::uint64_t(work.height) * 20 * _views.samples),
+                                _views.samples, limit));
         }
         for (std::uint32_t i = 0; i < _demands.size(); ++i) planShadows(i);
         addTarget("colour", "RGBA32F", work, 1, _views.samples, 16);
         addTarget("depth", "D32F", work, 1, _views.samples, 4);
         for (std::uint32_t i = 0; i < _demands.size(); ++i) planView(i);
-        if (_views.samples > 1) add({PassKind::Resolve, 0, 0, 0, "tile colour", fmt::format("{} samples", _views.samples)});
+        if (_views.samples > 1)
+            add({PassKind::Resolve, 0, 0, 0, "tile colour", fmt::format("{} samples", _views.samples)});
         addTarget("tile colour", "RGBA32F", largestTile(), static_cast<std::uint32_t>(_tiles.size()), 1, 16);
         planLayers(work, factorLights);
         for (const PlannedTarget& target : _plan.targets) _plan.bytes += target.bytes;
         return std::move(_plan);
     }
 
-   private:
+ private:
     PixelSize largestTile() const {
         PixelSize size;
         for (const TileAssignment& tile : _tiles) {
@@ -109,7 +123,8 @@ class Planner {
     void add(PlannedPass pass) { _plan.passes.push_back(std::move(pass)); }
     void addTarget(std::string name, std::string format, PixelSize size, std::uint32_t count, std::uint32_t samples,
                    std::uint64_t bytesPerTexel) {
-        const std::uint64_t bytes = std::uint64_t(size.width) * std::uint64_t(size.height) * count * samples * bytesPerTexel;
+        const std::uint64_t bytes =
+            std::uint64_t(size.width) * std::uint64_t(size.height) * count * samples * bytesPerTexel;
         if (bytes > 0) _plan.targets.push_back({std::move(name), std::move(format), size, count, samples, bytes});
     }
 
@@ -135,7 +150,8 @@ class Planner {
         if (demand.background != BackgroundKind::None)
             add({PassKind::Background, view, 0, 0, "colour", nameOf(demand.background)});
         if (const std::uint32_t count = countIf(demand, false))
-            add({PassKind::Surfaces, view, 0, 0, "colour, depth", fmt::format("{} items, {} lights", count, demand.lights)});
+            add({PassKind::Surfaces, view, 0, 0, "colour, depth",
+                 fmt::format("{} items, {} lights", count, demand.lights)});
         if (const std::uint32_t count = countIf(demand, true))
             add({PassKind::Blend, view, 0, 0, "colour, depth", fmt::format("{} items, back to front", count)});
         if (demand.foregrounds > 0)
@@ -158,7 +174,8 @@ class Planner {
         const bool factors = wants(Layer::LightFactors) && lights > 0;
         if (names.empty() && !factors) return;
         if (!names.empty()) addTarget("layers", names, work, 1, 1, perTexel);
-        if (factors) addTarget("light factors", "RGBA32F", work, (std::min(lights, kFactorLayersPerPass) + 3) / 4, 1, 16);
+        if (factors)
+            addTarget("light factors", "RGBA32F", work, (std::min(lights, kFactorLayersPerPass) + 3) / 4, 1, 16);
         if (_views.samples > 1) addTarget("layer depth", "D32F", work, 1, 1, 4);
         for (std::uint32_t view = 0; view < _demands.size(); ++view) {
             if (countIf(_demands[view], false) == 0) continue;
@@ -205,13 +222,14 @@ bool FramePlan::hasPass(PassKind kind) const {
 std::string FramePlan::explain() const {
     std::string text = fmt::format("passes: {}\n", passes.size());
     for (const PlannedPass& pass : passes)
-        text += fmt::format("  view {} {:<11} reach {} px -> {}: {}\n", pass.view, nameOf(pass.kind), pass.reach, pass.target,
-                            pass.detail);
+        text += fmt::format("  view {} {:<11} reach {} px -> {}: {}\n", pass.view, nameOf(pass.kind), pass.reach,
+                            pass.target, pass.detail);
     text += fmt::format("targets: {} ({})\n", targets.size(), bytesText(bytes));
     for (const PlannedTarget& target : targets)
-        text += fmt::format("  {}: {} {}x{}{}{} {}\n", target.name, target.format, target.size.width, target.size.height,
-                            target.count > 1 ? fmt::format(" x{}", target.count) : "",
-                            target.samples > 1 ? fmt::format(" {} samples", target.samples) : "", bytesText(target.bytes));
+        text +=
+            fmt::format("  {}: {} {}x{}{}{} {}\n", target.name, target.format, target.size.width, target.size.height,
+                        target.count > 1 ? fmt::format(" x{}", target.count) : "",
+                        target.samples > 1 ? fmt::format(" {} samples", target.samples) : "", bytesText(target.bytes));
     text += fmt::format("shader variants: {}\n", variants.size());
     for (const auto& [features, items] : variants) text += fmt::format("  {} items: {}\n", items, describe(features));
     return text;
@@ -223,8 +241,7 @@ PixelSize workSizeOf(const WallViews& views) {
 }
 
 Result<FramePlan> planFrame(const WallViews& views, const std::vector<ViewDemand>& demands,
-                            std::span<const TileAssignment> tiles, std::uint32_t factorLights,
-                            std::int32_t limit) {
+                            std::span<const TileAssignment> tiles, std::uint32_t factorLights, std::int32_t limit) {
     return Planner(views, demands, tiles).plan(factorLights, limit);
 }
 

@@ -39,8 +39,12 @@ enum class Feature : std::uint32_t {
 inline constexpr std::uint32_t kFeatureCount = 21;
 
 using FeatureSet = std::uint32_t;
-constexpr FeatureSet bit(Feature feature) { return static_cast<FeatureSet>(feature); }
-constexpr bool has(FeatureSet set, Feature feature) { return (set & bit(feature)) != 0; }
+constexpr FeatureSet bit(Feature feature) {
+    return static_cast<FeatureSet>(feature);
+}
+constexpr bool has(FeatureSet set, Feature feature) {
+    return (set & bit(feature)) != 0;
+}
 
 // The `#define` of a feature in shaders/stage, for example "FEATURE_ALPHA_MASK".
 const char* defineOf(Feature feature);
@@ -80,19 +84,19 @@ struct PlannedTarget {
 
 struct PlannedPass {
     PassKind kind = PassKind::Surfaces;
-    std::uint32_t view = 0;      // index in the demands
-    std::uint32_t first = 0;     // ShadowMap: index in the view's shadows; Layers: the first light, or kNoFactors
-    std::int32_t reach = 0;      // pixels beyond the tile that must be drawn for the tile to be right
-    std::string target;          // what it draws into
+    std::uint32_t view = 0;   // index in the demands
+    std::uint32_t first = 0;  // ShadowMap: index in the view's shadows; Layers: the first light, or kNoFactors
+    std::int32_t reach = 0;   // pixels beyond the tile that must be drawn for the tile to be right
+    std::string target;       // what it draws into
     std::string detail;
 };
 
 // What a frame consists of: nothing but what the scene needs. Pure data, derived without GL.
 struct FramePlan {
     std::vector<PlannedTarget> targets;
-    std::vector<PlannedPass> passes;                // in the order they run, for every tile
-    std::map<FeatureSet, std::uint32_t> variants;   // shader variants and how many draw items use each
-    std::uint64_t bytes = 0;                        // of all targets
+    std::vector<PlannedPass> passes;               // in the order they run, for every tile
+    std::map<FeatureSet, std::uint32_t> variants;  // shader variants and how many draw items use each
+    std::uint64_t bytes = 0;                       // of all targets
 
     // The largest reach of a view's passes: how far the scissor exceeds the tile.
     std::int32_t reachOf(std::uint32_t view) const;
@@ -106,17 +110,17 @@ inline constexpr std::uint32_t kNoFactors = 0xffffffffu;
 // Lights beyond the first kFactorLayersPerPass are read in further layer passes: a framebuffer has 8 attachments.
 inline constexpr std::uint32_t kFactorLayersPerPass = 16;
 
-// In offset mode the wall is drawn in blocks of this many pixels a side, each in window coordinates of its own, whatever
-// tile asks for it: so a pixel's value does not depend on the grid of tiles, and no wall is too large. A multiple of the
-// 2x2 pixels over which a texture's mip is chosen.
+// In offset mode the wall is drawn in blocks of this many pixels a side, each in window coordinates of its own,
+// whatever tile asks for it: so a pixel's value does not depend on the grid of tiles, and no wall is too large. A
+// multiple of the 2x2 pixels over which a texture's mip is chosen.
 inline constexpr std::int32_t kBlockPixels = 1024;
 
 // What the work images must hold: the wall (exact mode) or a block.
 PixelSize workSizeOf(const WallViews& views);
 
-// tiles: of this server. factorLights: lights of all views together, for the light factors layer. Error: the exact mode needs a target larger than the driver allows (limit: texels a side).
+// tiles: of this server. factorLights: lights of all views together, for the light factors layer. Error: the exact mode
+// needs a target larger than the driver allows (limit: texels a side).
 Result<FramePlan> planFrame(const WallViews& views, const std::vector<ViewDemand>& demands,
-                            std::span<const TileAssignment> tiles, std::uint32_t factorLights,
-                            std::int32_t limit);
+                            std::span<const TileAssignment> tiles, std::uint32_t factorLights, std::int32_t limit);
 
 }  // namespace umbriel

@@ -98,8 +98,11 @@ Result<void> GpuGeometry::build(const Geometry& geometry) {
     if (!first) return first.error();
     _firstTriangles = std::move(*first);
     const auto firstLocation = static_cast<GLuint>(VertexLocation::FirstTriangle);
-    _vertexArray.attribute({.location = firstLocation, .binding = firstLocation, .components = 1,
-                            .type = GL_UNSIGNED_INT, .integer = true});
+    _vertexArray.attribute({.location = firstLocation,
+                            .binding = firstLocation,
+                            .components = 1,
+                            .type = GL_UNSIGNED_INT,
+                            .integer = true});
     _vertexArray.vertexBuffer(firstLocation, _firstTriangles, 0, sizeof(std::uint32_t), 1);
 
     struct Source {

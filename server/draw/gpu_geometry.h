@@ -18,28 +18,28 @@ enum class VertexLocation : GLuint { Position, Normal, Tangent, Colour, TexCoord
 
 // A buffer seen as a texture: texelFetch by index, beyond the size of a uniform block.
 class BufferTexture {
-   public:
+ public:
     BufferTexture() = default;
     BufferTexture(const gl::Buffer& buffer, GLenum format);
     void bind(GLuint unit) const;
     explicit operator bool() const { return static_cast<bool>(_name); }
 
-   private:
+ private:
     gl::Name<gl::deleteTexture> _name;
 };
 
-// A geometry on the GPU. Vertices keep the scene's numbering, so that touched ranges go up as they are; triangles may be
-// reordered once, when uploaded. Face normals are a table by triangle, not derivatives of the position: those depend on
-// the window position (seams), and unsharing vertices would triple the vertex work.
+// A geometry on the GPU. Vertices keep the scene's numbering, so that touched ranges go up as they are; triangles may
+// be reordered once, when uploaded. Face normals are a table by triangle, not derivatives of the position: those depend
+// on the window position (seams), and unsharing vertices would triple the vertex work.
 class GpuGeometry {
-   public:
+ public:
     // What its users need beyond the scene's data; grows as users come.
     struct Needs {
-        bool keepOrder = false;     // a blended surface: the order of its triangles is visible
-        bool faceNormals = false;   // shadows, flat shading or the normal layer
-        bool tangents = false;      // a normal map
+        bool keepOrder = false;    // a blended surface: the order of its triangles is visible
+        bool faceNormals = false;  // shadows, flat shading or the normal layer
+        bool tangents = false;     // a normal map
         std::uint32_t tangentSet = 0;
-        bool primitives = false;    // the ids layer
+        bool primitives = false;  // the ids layer
     };
 
     // Error: the driver is out of memory.
@@ -64,7 +64,7 @@ class GpuGeometry {
     // Bytes sent to the GPU since creation: a test counts them.
     std::uint64_t uploadedBytes() const { return _uploadedBytes; }
 
-   private:
+ private:
     struct Triangle {
         glm::vec3 a, b, c;
     };

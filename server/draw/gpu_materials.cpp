@@ -10,9 +10,9 @@ namespace {
 // Uniform block bindings, as in shaders/stage.
 constexpr GLuint kMaterialBinding = 1;
 
-constexpr Feature kTextureFeatures[kMaterialTextures] = {
-    Feature::BaseColourTexture, Feature::MetallicRoughnessTexture, Feature::NormalTexture,
-    Feature::OcclusionTexture,  Feature::EmissionTexture,          Feature::SpecularTexture};
+constexpr Feature kTextureFeatures[kMaterialTextures] = {Feature::BaseColourTexture, Feature::MetallicRoughnessTexture,
+                                                         Feature::NormalTexture,     Feature::OcclusionTexture,
+                                                         Feature::EmissionTexture,   Feature::SpecularTexture};
 
 // Colours are stored in sRGB, data as it is.
 bool isColour(std::size_t unit) {
@@ -72,9 +72,9 @@ void GpuMaterials::fill(const Aspect& scene, const GpuTextures& images, Containe
         if (source->alphaMode.get() == AlphaMode::Blend) material.features |= bit(Feature::AlphaBlend);
         if (source->doubleSided.get()) material.features |= bit(Feature::DoubleSided);
         block.baseColour = source->baseColour;
-        block.metallicRoughness = glm::vec4(glm::clamp(source->metallic.get(), 0.0f, 1.0f),
-                                            glm::clamp(source->roughness.get(), 0.0f, 1.0f), source->normalScale.get(),
-                                            source->occlusionStrength.get());
+        block.metallicRoughness =
+            glm::vec4(glm::clamp(source->metallic.get(), 0.0f, 1.0f), glm::clamp(source->roughness.get(), 0.0f, 1.0f),
+                      source->normalScale.get(), source->occlusionStrength.get());
         block.emission = glm::vec4(source->emission.get(), source->alphaCutoff.get());
         block.specular = glm::vec4(source->specular.get(), source->shininess.get());
         block.ambient = glm::vec4(source->ambient.get(), 0.0f);
@@ -93,7 +93,8 @@ void GpuMaterials::fill(const Aspect& scene, const GpuTextures& images, Containe
             // Also of textures that cannot be used now: their image may come later.
             _usersOfTexture[textures[i]].push_back(id);
             if (const Texture* texture = scene.find(textures[i])) _usersOfTexture[texture->image.get()].push_back(id);
-            if (!read || !images.isUsable(scene, scene.find(textures[i]) ? scene.get(textures[i]).image.get() : Ref<Image>()))
+            if (!read ||
+                !images.isUsable(scene, scene.find(textures[i]) ? scene.get(textures[i]).image.get() : Ref<Image>()))
                 continue;
             const Texture& texture = scene.get(textures[i]);
             material.textures[i] = textures[i];
@@ -104,7 +105,8 @@ void GpuMaterials::fill(const Aspect& scene, const GpuTextures& images, Containe
             const float s = std::sin(texture.rotation.get());
             const glm::vec2 scale = texture.scale;
             const glm::vec2 offset = texture.offset;
-            block.uvFromTexCoord[2 * i] = glm::vec4(c * scale.x, s * scale.y, offset.x, float(material.texCoordSets[i]));
+            block.uvFromTexCoord[2 * i] =
+                glm::vec4(c * scale.x, s * scale.y, offset.x, float(material.texCoordSets[i]));
             block.uvFromTexCoord[2 * i + 1] = glm::vec4(-s * scale.x, c * scale.y, offset.y, 0.0f);
         }
     }

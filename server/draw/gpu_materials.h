@@ -14,14 +14,22 @@ namespace umbriel {
 
 // Texture units of the surface shaders.
 enum class TextureUnit : GLuint {
-    BaseColour, MetallicRoughness, Normal, Occlusion, Emission, Specular, ShadowMaps, FaceNormals, Primitives
+    BaseColour,
+    MetallicRoughness,
+    Normal,
+    Occlusion,
+    Emission,
+    Specular,
+    ShadowMaps,
+    FaceNormals,
+    Primitives
 };
 inline constexpr std::size_t kMaterialTextures = 6;
 
 // A material as draw items need it.
 struct GpuMaterial {
-    FeatureSet features = 0;  // model, textures, alpha mode, sides
-    std::uint32_t slot = 0;   // in the block buffer
+    FeatureSet features = 0;                                // model, textures, alpha mode, sides
+    std::uint32_t slot = 0;                                 // in the block buffer
     std::array<ContainerId, kMaterialTextures> textures{};  // Texture containers by unit; none: not used
     std::array<std::uint32_t, kMaterialTextures> texCoordSets{};
     bool usesTexCoords(std::uint32_t set) const;
@@ -29,7 +37,7 @@ struct GpuMaterial {
 
 // All materials in one uniform buffer, one slot each; a changed material rewrites its slot.
 class GpuMaterials {
-   public:
+ public:
     GpuMaterials();
 
     // Containers that changed or are gone; textures count for the materials that use them.
@@ -42,7 +50,7 @@ class GpuMaterials {
     Result<void> bind(const Aspect& scene, const GpuMaterial& material, GpuTextures& textures) const;
     std::uint64_t bytes() const { return _buffer.size(); }
 
-   private:
+ private:
     // Written as the std140 block of shaders/stage/material.glsl.
     struct Block {
         glm::vec4 baseColour;

@@ -11,22 +11,26 @@ namespace umbriel {
 namespace {
 
 constexpr FeatureSet kLit = bit(Feature::MetallicRoughness) | bit(Feature::BlinnPhong);
-constexpr Feature kTextureFeatures[kMaterialTextures] = {
-    Feature::BaseColourTexture, Feature::MetallicRoughnessTexture, Feature::NormalTexture,
-    Feature::OcclusionTexture,  Feature::EmissionTexture,          Feature::SpecularTexture};
+constexpr Feature kTextureFeatures[kMaterialTextures] = {Feature::BaseColourTexture, Feature::MetallicRoughnessTexture,
+                                                         Feature::NormalTexture,     Feature::OcclusionTexture,
+                                                         Feature::EmissionTexture,   Feature::SpecularTexture};
 constexpr FeatureSet kAllTextures = bit(Feature::BaseColourTexture) | bit(Feature::MetallicRoughnessTexture) |
                                     bit(Feature::NormalTexture) | bit(Feature::OcclusionTexture) |
                                     bit(Feature::EmissionTexture) | bit(Feature::SpecularTexture);
 
-Feature texCoordFeature(std::uint32_t set) { return set == 0 ? Feature::TexCoords0 : Feature::TexCoords1; }
+Feature texCoordFeature(std::uint32_t set) {
+    return set == 0 ? Feature::TexCoords0 : Feature::TexCoords1;
+}
 
 // Keeps the textures that the geometry has coordinates for, and adds the coordinates that the kept ones read.
 FeatureSet withTexCoords(FeatureSet features, const GpuMaterial& material, FeatureSet attributes) {
     for (std::size_t i = 0; i < kMaterialTextures; ++i) {
         if (!has(features, kTextureFeatures[i])) continue;
         const Feature coordinates = texCoordFeature(material.texCoordSets[i]);
-        if (has(attributes, coordinates)) features |= bit(coordinates);
-        else features &= ~bit(kTextureFeatures[i]);
+        if (has(attributes, coordinates))
+            features |= bit(coordinates);
+        else
+            features &= ~bit(kTextureFeatures[i]);
     }
     return features;
 }
@@ -78,7 +82,8 @@ glm::mat3 normalMatrix(const glm::dmat3& linear) {
 
 }  // namespace
 
-GpuScene::GpuScene(std::size_t textureBudgetBytes, int maxTextureSize) : _textures(textureBudgetBytes, maxTextureSize) {}
+GpuScene::GpuScene(std::size_t textureBudgetBytes, int maxTextureSize)
+    : _textures(textureBudgetBytes, maxTextureSize) {}
 
 void GpuScene::changed(const ChangeList& changes, const Aspect& scene) {
     for (const ContainerChange& change : changes.changed) {
@@ -91,11 +96,14 @@ void GpuScene::changed(const ChangeList& changes, const Aspect& scene) {
             for (const MultiChange& multi : change.multis) {
                 const auto same = std::find_if(pending.begin(), pending.end(),
                                                [&](const MultiChange& p) { return p.field == multi.field; });
-                if (same == pending.end()) pending.push_back(multi);
-                else same->touched.add(multi.touched);
+                if (same == pending.end())
+                    pending.push_back(multi);
+                else
+                    same->touched.add(multi.touched);
             }
             for (std::size_t field = 0; field < container->type().fields.size(); ++field)
-                if (((change.fields >> field) & 1) && !container->type().fields[field].isMulti) _structureChanged = true;
+                if (((change.fields >> field) & 1) && !container->type().fields[field].isMulti)
+                    _structureChanged = true;
         } else if (isA<Image>(*container)) {
             _textures.forget(change.id);
             _materials.changed(change.id);
@@ -182,8 +190,9 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         if (!geometry) continue;
         GpuGeometry::Needs needs;
         needs.keepOrder = has(materialFeatures, Feature::AlphaBlend);
-        needs.faceNormals = wantsLayers || (isLit && (has(run.features, Feature::Shadows) || geometry->normals.empty() ||
-                                                      geometry->normals.size() != geometry->positions.size()));
+        needs.faceNormals =
+            wantsLayers || (isLit && (has(run.features, Feature::Shadows) || geometry->normals.empty() ||
+                                      geometry->normals.size() != geometry->positions.size()));
         needs.tangents = has(materialFeatures, Feature::NormalTexture);
         needs.tangentSet = item.material->texCoordSets[static_cast<std::size_t>(TextureUnit::Normal)];
         needs.primitives = (layers & static_cast<std::uint32_t>(Layer::Ids)) != 0;

@@ -25,9 +25,9 @@ struct SurfaceItem {
     FeatureSet casterFeatures = 0;  // of its caster shader; 0: depth only
     glm::dmat4 relativeFromObject{1.0};
     glm::mat3 normalFromObject{1.0f};
-    std::uint32_t run = 0;          // index in LightList::runs
-    double distance = 0.0;          // from the wall's eye to the middle of its box; orders blending
-    int depthBucket = 0;            // of the distance; orders opaque items, near ones first
+    std::uint32_t run = 0;  // index in LightList::runs
+    double distance = 0.0;  // from the wall's eye to the middle of its box; orders blending
+    int depthBucket = 0;    // of the distance; orders opaque items, near ones first
     bool isMirrored = false;
     bool castsShadow = true;
 };
@@ -37,13 +37,13 @@ struct ViewScene {
     const View* view = nullptr;
     const Viewport* viewport = nullptr;  // null: nothing to draw
     LightList lights;
-    std::vector<SurfaceItem> items;      // opaque and cut out first, roughly front to back; then blended, back to front
+    std::vector<SurfaceItem> items;  // opaque and cut out first, roughly front to back; then blended, back to front
     std::size_t opaqueItems = 0;
 };
 
 // The scene on the GPU. Follows change lists; a frame costs what changed plus a pass over the draw items.
 class GpuScene {
-   public:
+ public:
     GpuScene(std::size_t textureBudgetBytes, int maxTextureSize);
 
     void changed(const ChangeList& changes, const Aspect& scene);
@@ -58,7 +58,7 @@ class GpuScene {
     std::uint64_t uploadedGeometryBytes() const;
     std::size_t geometryCount() const { return _geometries.size(); }
 
-   private:
+ private:
     SceneTree& treeOf(const Aspect& scene, ContainerId root);
     Result<GpuGeometry*> geometryOf(const Aspect& scene, ContainerId id, const GpuGeometry::Needs& needs);
 

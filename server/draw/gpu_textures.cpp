@@ -5,13 +5,18 @@
 namespace umbriel {
 namespace {
 
-int channelsOf(TexelFormat format) { return static_cast<int>(format) + 1; }
+int channelsOf(TexelFormat format) {
+    return static_cast<int>(format) + 1;
+}
 
 GLenum wrapOf(WrapMode mode) {
     switch (mode) {
-        case WrapMode::Repeat: return GL_REPEAT;
-        case WrapMode::MirroredRepeat: return GL_MIRRORED_REPEAT;
-        case WrapMode::ClampToEdge: return GL_CLAMP_TO_EDGE;
+        case WrapMode::Repeat:
+            return GL_REPEAT;
+        case WrapMode::MirroredRepeat:
+            return GL_MIRRORED_REPEAT;
+        case WrapMode::ClampToEdge:
+            return GL_CLAMP_TO_EDGE;
     }
     return GL_REPEAT;
 }
@@ -19,9 +24,12 @@ GLenum wrapOf(WrapMode mode) {
 GLenum minFilterOf(FilterMode filter, MipMode mips) {
     const bool linear = filter == FilterMode::Linear;
     switch (mips) {
-        case MipMode::None: return linear ? GL_LINEAR : GL_NEAREST;
-        case MipMode::Nearest: return linear ? GL_LINEAR_MIPMAP_NEAREST : GL_NEAREST_MIPMAP_NEAREST;
-        case MipMode::Linear: return linear ? GL_LINEAR_MIPMAP_LINEAR : GL_NEAREST_MIPMAP_LINEAR;
+        case MipMode::None:
+            return linear ? GL_LINEAR : GL_NEAREST;
+        case MipMode::Nearest:
+            return linear ? GL_LINEAR_MIPMAP_NEAREST : GL_NEAREST_MIPMAP_NEAREST;
+        case MipMode::Linear:
+            return linear ? GL_LINEAR_MIPMAP_LINEAR : GL_NEAREST_MIPMAP_LINEAR;
     }
     return GL_LINEAR;
 }
@@ -51,7 +59,8 @@ bool GpuTextures::isUsable(const Aspect& scene, ContainerId id) const {
     const std::uint64_t height = image->height.get();
     const auto limit = static_cast<std::uint64_t>(_maxSize);
     const auto channels = static_cast<std::uint64_t>(channelsOf(image->format));
-    return width > 0 && height > 0 && width <= limit && height <= limit && image->texels.size() == width * height * channels;
+    return width > 0 && height > 0 && width <= limit && height <= limit &&
+           image->texels.size() == width * height * channels;
 }
 
 Result<const gl::Texture2D*> GpuTextures::find(const Aspect& scene, ContainerId id, bool sRgb, bool mips) {
@@ -67,9 +76,10 @@ Result<const gl::Texture2D*> GpuTextures::find(const Aspect& scene, ContainerId 
     const glm::ivec2 size(static_cast<int>(width), static_cast<int>(height));
     const std::size_t bytes = width * height * 4 * (mips ? 4 : 3) / 3;
     if (_bytes + bytes > _budgetBytes)
-        return failure(fmt::format("the scene's images need more than the {} MiB of texture memory allowed (image \"{}\", "
-                                   "{}x{}); raise the budget or scale the images down",
-                                   _budgetBytes >> 20, image->name.get(), width, height));
+        return failure(
+            fmt::format("the scene's images need more than the {} MiB of texture memory allowed (image \"{}\", "
+                        "{}x{}); raise the budget or scale the images down",
+                        _budgetBytes >> 20, image->name.get(), width, height));
     auto texture = gl::Texture2D::create(sRgb ? GL_SRGB8_ALPHA8 : GL_RGBA8, size, mips ? gl::fullMipLevels(size) : 1);
     if (!texture) return texture.error();
     texture->upload(0, GL_RGBA, GL_UNSIGNED_BYTE, rgba8Of(*image, width * height, channels));
@@ -81,7 +91,8 @@ Result<const gl::Texture2D*> GpuTextures::find(const Aspect& scene, ContainerId 
 }
 
 const gl::Sampler& GpuTextures::samplerFor(const Texture& texture) {
-    gl::Sampler& sampler = _samplers[{texture.wrapS, texture.wrapT, texture.magFilter, texture.minFilter, texture.mipMode}];
+    gl::Sampler& sampler =
+        _samplers[{texture.wrapS, texture.wrapT, texture.magFilter, texture.minFilter, texture.mipMode}];
     if (!sampler) {
         gl::SamplerOptions options;
         options.minFilter = minFilterOf(texture.minFilter, texture.mipMode);

@@ -13,12 +13,12 @@ namespace umbriel {
 // The scene's images on the GPU, once per image and colour space, and the samplers they are read with. An image is kept
 // as RGBA8 with a full mip chain where a texture asks for mips; grey images are spread over RGB.
 class GpuTextures {
-   public:
+ public:
     // budgetBytes: of all images together. maxSize: texels a side.
     GpuTextures(std::size_t budgetBytes, int maxSize) : _budgetBytes(budgetBytes), _maxSize(maxSize) {}
 
-    // sRgb: colours; otherwise data. Null when there is no such image, its size does not fit its texels, or it is larger
-    // than the driver's limit. Error: over the budget, or the driver is out of memory.
+    // sRgb: colours; otherwise data. Null when there is no such image, its size does not fit its texels, or it is
+    // larger than the driver's limit. Error: over the budget, or the driver is out of memory.
     Result<const gl::Texture2D*> find(const Aspect& scene, ContainerId image, bool sRgb, bool mips);
     // Whether find() would return one.
     bool isUsable(const Aspect& scene, ContainerId image) const;
@@ -29,7 +29,7 @@ class GpuTextures {
     void forget(ContainerId image);
     std::size_t bytes() const { return _bytes; }
 
-   private:
+ private:
     struct Entry {
         gl::Texture2D texture;
         bool mips = false;

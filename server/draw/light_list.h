@@ -24,14 +24,14 @@ struct LightList {
     std::vector<ContainerId> nodes;  // of each light
     std::vector<std::string> names;  // of each light: its name, else its id
     std::vector<std::uint32_t> indices;
-    std::vector<Run> runs;           // by SceneTree::Item::lightSet
+    std::vector<Run> runs;  // by SceneTree::Item::lightSet
     std::vector<gpu::GpuStandardShadow> shadows;
     std::vector<const ShadowFit*> fits;       // of each shadow; borrowed from the view
     std::vector<std::uint32_t> shadowLights;  // the light of each shadow
 };
 
-// Lights that are off, invisible or not among the viewport's lightNodes are left out. A light casts shadows when it may,
-// the viewport's shadows are on in the standard mode, and the view brings a fit for it.
+// Lights that are off, invisible or not among the viewport's lightNodes are left out. A light casts shadows when it
+// may, the viewport's shadows are on in the standard mode, and the view brings a fit for it.
 LightList listLights(const Aspect& scene, const SceneTree& tree, const View& view, const Viewport* viewport);
 
 }  // namespace umbriel

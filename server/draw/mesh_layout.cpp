@@ -12,13 +12,15 @@ void sanitise(std::span<float> values) {
         if (!std::isfinite(value)) value = 0.0f;
 }
 
-TriangleOrder orderTriangles(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions, bool sorted) {
+TriangleOrder orderTriangles(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions,
+                             bool sorted) {
     const std::size_t triangles = indices.size() / 3;
     TriangleOrder order;
     order.indices.assign(indices.begin(), indices.begin() + static_cast<std::ptrdiff_t>(triangles * 3));
     for (std::size_t i = 0; i < triangles; ++i) {
         const auto corner = order.indices.begin() + static_cast<std::ptrdiff_t>(i * 3);
-        const bool valid = std::all_of(corner, corner + 3, [&](std::uint32_t index) { return index < positions.size(); });
+        const bool valid =
+            std::all_of(corner, corner + 3, [&](std::uint32_t index) { return index < positions.size(); });
         if (!valid) std::fill(corner, corner + 3, 0u);
     }
     if (!sorted || triangles < kSortFromTriangles || positions.empty()) return order;
@@ -26,7 +28,8 @@ TriangleOrder orderTriangles(std::span<const std::uint32_t> indices, std::span<c
     std::vector<glm::vec3> centres(triangles);
     for (std::size_t i = 0; i < triangles; ++i)
         centres[i] = (positions[order.indices[3 * i]] + positions[order.indices[3 * i + 1]] +
-                      positions[order.indices[3 * i + 2]]) / 3.0f;
+                      positions[order.indices[3 * i + 2]]) /
+                     3.0f;
     std::vector<unsigned int> places(triangles);
     meshopt_spatialSortRemap(places.data(), &centres[0].x, triangles, sizeof(glm::vec3));
     TriangleOrder moved;
@@ -48,7 +51,8 @@ std::vector<Cluster> clustersOf(std::span<const std::uint32_t> indices, std::spa
         Cluster cluster;
         cluster.firstTriangle = static_cast<std::uint32_t>(first);
         cluster.triangles = static_cast<std::uint32_t>(std::min(kClusterTriangles, triangles - first));
-        for (std::size_t i = first * 3; i < (first + cluster.triangles) * 3; ++i) cluster.box.add(positions[indices[i]]);
+        for (std::size_t i = first * 3; i < (first + cluster.triangles) * 3; ++i)
+            cluster.box.add(positions[indices[i]]);
         clusters.push_back(cluster);
     }
     return clusters;

@@ -43,9 +43,9 @@ std::vector<Cluster> clustersOf(std::span<const std::uint32_t> indices, std::spa
 glm::vec3 faceNormal(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c);
 
 // Tangents as MikkTSpace defines them (Mikkelsen 2008), in a simpler form: per triangle the direction in which u grows,
-// weighted by the angle at the vertex, accumulated per vertex and made perpendicular to the normal; w is the sign of the
-// bitangent. Vertices are not split, so tangents at mirrored texture seams average where MikkTSpace would separate them.
-// normals empty: face normals are accumulated instead.
+// weighted by the angle at the vertex, accumulated per vertex and made perpendicular to the normal; w is the sign of
+// the bitangent. Vertices are not split, so tangents at mirrored texture seams average where MikkTSpace would separate
+// them. normals empty: face normals are accumulated instead.
 std::vector<glm::vec4> deriveTangents(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions,
                                       std::span<const glm::vec3> normals, std::span<const glm::vec2> texCoords);
 

@@ -46,7 +46,7 @@ ViewDemand demandOf(const Aspect& scene, const ViewScene& view) {
 }
 
 class SceneRenderer final : public Renderer {
-   public:
+ public:
     SceneRenderer(gl::HeadlessContext& context, const Options& options)
         : _limits(context.info().limits),
           _scene(options.textureBudgetBytes, _limits.maxTextureSize),
@@ -85,7 +85,8 @@ class SceneRenderer final : public Renderer {
 
         _painter.beginFrame();
         for (std::size_t i = 0; i < tiles.size(); ++i)
-            if (auto painted = _painter.paint(scene, views, *plan, paintings, tiles[i], i); !painted) return painted.error();
+            if (auto painted = _painter.paint(scene, views, *plan, paintings, tiles[i], i); !painted)
+                return painted.error();
         glFinish();
         if (auto checked = gl::checkError("drawing a frame"); !checked) return checked.error();
         _plan = std::move(*plan);
@@ -101,7 +102,7 @@ class SceneRenderer final : public Renderer {
 
     std::string explain() const override { return _plan.explain(); }
 
-   private:
+ private:
     static Result<void> check(const WallViews& views, std::span<const TileAssignment> tiles) {
         if (views.samples != 1 && views.samples != 4)
             return badInput("--samples is 1 or 4, not " + std::to_string(views.samples));

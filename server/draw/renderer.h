@@ -18,16 +18,16 @@ class HeadlessContext;
 }
 
 struct DrawStatistics {
-    double drawMilliseconds = 0.0;       // from the first command until the frame is finished
-    std::uint64_t triangles = 0;         // handed to GL in all passes of all tiles
-    std::uint64_t shadowTriangles = 0;   // of these, in shadow passes
-    float nearestDepth = 0.0f;           // of what is visible in the tiles, metres; 0 when nothing is
+    double drawMilliseconds = 0.0;      // from the first command until the frame is finished
+    std::uint64_t triangles = 0;        // handed to GL in all passes of all tiles
+    std::uint64_t shadowTriangles = 0;  // of these, in shadow passes
+    float nearestDepth = 0.0f;  // of what is visible in the tiles, metres; 0: not measured (no fit needs it yet)
     float farthestDepth = 0.0f;
 };
 
 // Draws an aspect's scene into this server's tiles. Lives on the thread that has the context.
 class Renderer {
-   public:
+ public:
     struct Options {
         std::size_t textureBudgetBytes = std::size_t{4} << 30;
     };
@@ -41,10 +41,12 @@ class Renderer {
     virtual Result<DrawStatistics> draw(const Aspect& scene, const WallViews& views,
                                         std::span<const TileAssignment> tiles, double time) = 0;
 
-    // The tiles of the last draw, with the layers its views asked for.
+    // The tiles of the last draw, with the layers its views asked for. Layers besides colour describe opaque and
+    // cut-out surfaces (never blended ones) at the pixel's centre, also when colour has four samples.
     virtual Result<std::vector<TilePixels>> readTiles() = 0;
 
-    // The frame plan of the last draw, for people: features, shader variants, passes with their reach, targets and bytes.
+    // The frame plan of the last draw, for people: features, shader variants, passes with their reach, targets and
+    // bytes.
     virtual std::string explain() const = 0;
 };
 

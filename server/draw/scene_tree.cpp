@@ -15,12 +15,12 @@ bool isLight(const Container& core) {
 // One node whose children are being visited.
 struct Visit {
     std::uint32_t entry = 0;
-    ContainerId material;            // of the innermost group; none: the geometry's own
+    ContainerId material;  // of the innermost group; none: the geometry's own
     std::uint32_t lightSet = 0;
     std::vector<ContainerId> children;  // that are drawn or not, all of them: beacons may be below
     std::int32_t choice = Switch::kAll;
     std::size_t next = 0;
-    std::size_t level = SIZE_MAX;       // index of the level-of-detail record
+    std::size_t level = SIZE_MAX;  // index of the level-of-detail record
 };
 
 }  // namespace
@@ -55,7 +55,8 @@ void SceneTree::rebuild(const Aspect& scene, ContainerId root) {
         if (!node) return;
         const auto index = static_cast<std::uint32_t>(_entries.size());
         if (!_entryOf.emplace(id, index).second) {
-            _warnings.push_back("node " + std::to_string(id.value) + " is reached twice; it is drawn where it came first");
+            _warnings.push_back("node " + std::to_string(id.value) +
+                                " is reached twice; it is drawn where it came first");
             return;
         }
         Entry entry;
@@ -85,7 +86,8 @@ void SceneTree::rebuild(const Aspect& scene, ContainerId root) {
                 _levels.push_back({index, coreId, {}});
             } else if (isA<Geometry>(*core)) {
                 const ContainerId own = static_cast<const Geometry*>(core)->material.get().id;
-                if (entry.visible) _items.push_back({index, id, coreId, visit.material ? visit.material : own, visit.lightSet});
+                if (entry.visible)
+                    _items.push_back({index, id, coreId, visit.material ? visit.material : own, visit.lightSet});
             } else if (isLight(*core) && entry.visible) {
                 if (_lights.size() < kMaxLights) {
                     std::vector<std::uint32_t> set = _lightSets[visit.lightSet];
@@ -155,7 +157,8 @@ std::optional<Placement> SceneTree::placementOf(const Aspect& scene, ContainerId
     std::unordered_map<ContainerId, ContainerId> parentOf;
     for (const ContainerId id : scene.ids())
         if (const Node* candidate = scene.findAs<Node>(id))
-            for (std::size_t i = 0; i < candidate->children.size(); ++i) parentOf.emplace(candidate->children[i].id, id);
+            for (std::size_t i = 0; i < candidate->children.size(); ++i)
+                parentOf.emplace(candidate->children[i].id, id);
     Placement world = localOf(scene, node);
     ContainerId at = node;
     for (std::size_t steps = 0; steps <= parentOf.size(); ++steps) {

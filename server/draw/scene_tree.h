@@ -30,7 +30,7 @@ struct Placement {
 // The scene below one root, flattened in depth-first order, so that a subtree is a range. Follows the scene: structural
 // changes rebuild it (cost: the number of nodes, never their content), moved transforms only touch what is below them.
 class SceneTree {
-   public:
+ public:
     struct Entry {
         ContainerId node;
         std::uint32_t parent = 0;  // index; the root is its own parent
@@ -75,7 +75,7 @@ class SceneTree {
     // More lights than kMaxLights, nodes reachable twice: what was left out, for the log.
     std::span<const std::string> warnings() const { return _warnings; }
 
-   private:
+ private:
     struct Level {
         std::uint32_t entry = 0;
         ContainerId core;

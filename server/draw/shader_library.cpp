@@ -41,7 +41,8 @@ Result<const gl::Program*> ShaderLibrary::surface(FeatureSet features) {
     return find({"stage/surface.vert.glsl", "stage/surface.frag.glsl"}, definesOf(features));
 }
 
-Result<const gl::Program*> ShaderLibrary::layers(FeatureSet features, std::uint32_t layers, std::uint32_t factorImages) {
+Result<const gl::Program*> ShaderLibrary::layers(FeatureSet features, std::uint32_t layers,
+                                                 std::uint32_t factorImages) {
     std::vector<gl::ShaderDefine> defines = definesOf(features);
     if (factorImages > 0) {
         defines.push_back({"LAYER_FACTORS", std::to_string(factorImages)});

@@ -12,7 +12,7 @@ namespace umbriel {
 
 // Compiled shader variants, each made when it is first needed and kept.
 class ShaderLibrary {
-   public:
+ public:
     // Errors carry the driver's message; they are bugs of ours or of the driver.
     Result<const gl::Program*> surface(FeatureSet features);
     // layers: bits of Layer without Colour; factorImages: RGBA images of light factors, in a pass of their own.
@@ -23,7 +23,7 @@ class ShaderLibrary {
 
     std::size_t variantCount() const { return _programs.size(); }
 
-   private:
+ private:
     struct Stages {
         std::string vertex;
         std::string fragment;  // empty: depth only

@@ -9,9 +9,9 @@ namespace {
 constexpr GLuint kFrameBinding = 0;
 // What is drawn exceeds what is shown by this: coordinates are rounded to 1/256 pixel, matrices to float.
 constexpr double kMarginPixels = 1.0;
-// How far a shadow lookup may lie from the surface, in texels along an axis of the map: the normal offset moves it by at
-// most (|nx| + |ny|) |nx| <= (1 + sqrt(2)) / 2 times its setting, the nearest texel's centre is half a texel away, and
-// 0.1 covers rounding.
+// How far a shadow lookup may lie from the surface, in texels along an axis of the map: the normal offset moves it by
+// at most (|nx| + |ny|) |nx| <= (1 + sqrt(2)) / 2 times its setting, the nearest texel's centre is half a texel away,
+// and 0.1 covers rounding.
 constexpr double kNormalOffsetReach = 1.2072;
 constexpr double kTexelReach = 0.6;
 
@@ -29,8 +29,10 @@ void setLightRun(const gl::Program& program, const LightList::Run& run) {
 }
 
 void setSides(const SurfaceItem& item) {
-    if (has(item.material->features, Feature::DoubleSided)) glDisable(GL_CULL_FACE);
-    else glEnable(GL_CULL_FACE);
+    if (has(item.material->features, Feature::DoubleSided))
+        glDisable(GL_CULL_FACE);
+    else
+        glEnable(GL_CULL_FACE);
     glFrontFace(item.isMirrored ? GL_CW : GL_CCW);
 }
 
@@ -97,15 +99,17 @@ void TilePainter::bindView(const ViewPainting& painting) {
         viewport = {area.x - origin.x, area.y - origin.y, area.width, area.height};
     }
     block.clipFromRelative = glm::mat4(clipFromRelative);
-    const glm::dvec3 forward = -glm::dvec3(view.viewFromWorld[0][2], view.viewFromWorld[1][2], view.viewFromWorld[2][2]);
+    const glm::dvec3 forward =
+        -glm::dvec3(view.viewFromWorld[0][2], view.viewFromWorld[1][2], view.viewFromWorld[2][2]);
     block.forward = glm::vec4(glm::vec3(forward), view.orthographic ? 1.0f : 0.0f);
-    block.shadowColour = glm::vec4(painting.scene.viewport ? painting.scene.viewport->shadowColor.get() : glm::vec3(0), 0);
+    block.shadowColour =
+        glm::vec4(painting.scene.viewport ? painting.scene.viewport->shadowColor.get() : glm::vec3(0), 0);
     block.region = glm::vec4(view.region.x, view.region.y, view.region.width, view.region.height);
     block.wallOrigin = glm::vec4(origin.x, origin.y, 0.0f, 0.0f);
     if (!_frame.set(std::as_bytes(std::span(&block, 1)))) return;
     _frame.buffer().bindRange(GL_UNIFORM_BUFFER, kFrameBinding, 0, sizeof(FrameBlock));
-    glViewportIndexedf(0, static_cast<float>(viewport.x), static_cast<float>(viewport.y), static_cast<float>(viewport.z),
-                       static_cast<float>(viewport.w));
+    glViewportIndexedf(0, static_cast<float>(viewport.x), static_cast<float>(viewport.y),
+                       static_cast<float>(viewport.z), static_cast<float>(viewport.w));
     glEnable(GL_SCISSOR_TEST);
     glScissor(painting.area.x - origin.x, painting.area.y - origin.y, painting.area.width, painting.area.height);
 }
@@ -140,16 +144,17 @@ Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& paint
     const std::uint64_t before = _counts.triangles;
     const gl::Program* current = nullptr;
     const GpuMaterial* material = nullptr;
-    auto drawn = drawEntries(painting, casters, 0, casters.entries.size(), [&](const SurfaceItem& item) -> Result<void> {
-        auto program = _shaders.caster(item.casterFeatures);
-        if (!program) return program.error();
-        if (*program != current) (*program)->use();
-        current = *program;
-        current->set(0, glm::mat4(clipFromRelative * item.relativeFromObject));
-        if (item.casterFeatures == 0 || material == item.material) return {};
-        material = item.material;
-        return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());
-    });
+    auto drawn =
+        drawEntries(painting, casters, 0, casters.entries.size(), [&](const SurfaceItem& item) -> Result<void> {
+            auto program = _shaders.caster(item.casterFeatures);
+            if (!program) return program.error();
+            if (*program != current) (*program)->use();
+            current = *program;
+            current->set(0, glm::mat4(clipFromRelative * item.relativeFromObject));
+            if (item.casterFeatures == 0 || material == item.material) return {};
+            material = item.material;
+            return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());
+        });
     painting.shadowMaps->end();
     _counts.shadowTriangles += _counts.triangles - before;
     return drawn;
@@ -166,24 +171,25 @@ Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painti
     }
     const gl::Program* current = nullptr;
     const GpuMaterial* material = nullptr;
-    auto drawn = drawEntries(painting, list, blended ? list.opaqueEntries : 0,
-                             blended ? list.entries.size() : list.opaqueEntries,
-                             [&](const SurfaceItem& item) -> Result<void> {
-        auto program = _shaders.surface(item.features);
-        if (!program) return program.error();
-        if (*program != current) (*program)->use();
-        current = *program;
-        const LightList::Run& run = painting.scene.lights.runs[item.run];
-        current->set(0, glm::mat4(item.relativeFromObject));
-        current->set(1, item.normalFromObject);
-        setLightRun(*current, run);
-        current->set(3, run.ambient);
-        setSides(item);
-        if (item.geometry->faceNormals()) item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
-        if (material == item.material) return {};
-        material = item.material;
-        return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());
-    });
+    auto drawn =
+        drawEntries(painting, list, blended ? list.opaqueEntries : 0,
+                    blended ? list.entries.size() : list.opaqueEntries, [&](const SurfaceItem& item) -> Result<void> {
+                        auto program = _shaders.surface(item.features);
+                        if (!program) return program.error();
+                        if (*program != current) (*program)->use();
+                        current = *program;
+                        const LightList::Run& run = painting.scene.lights.runs[item.run];
+                        current->set(0, glm::mat4(item.relativeFromObject));
+                        current->set(1, item.normalFromObject);
+                        setLightRun(*current, run);
+                        current->set(3, run.ambient);
+                        setSides(item);
+                        if (item.geometry->faceNormals())
+                            item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
+                        if (material == item.material) return {};
+                        material = item.material;
+                        return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());
+                    });
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
     return drawn;
@@ -192,8 +198,10 @@ Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painti
 Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall, ViewPainting& painting,
                                      std::uint32_t firstLight) {
     const bool factors = firstLight != kNoFactors;
-    if (factors) _targets.bindFactors();
-    else _targets.bindLayers();
+    if (factors)
+        _targets.bindFactors();
+    else
+        _targets.bindLayers();
     bindView(painting);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GREATER);
@@ -245,7 +253,8 @@ Result<void> TilePainter::drawBackground(const Aspect& scene, ViewPainting& pain
     if (image) {
         auto texture = _gpuScene.textures().find(scene, image->image.get(), true, false);
         if (!texture) return texture.error();
-        if (!*texture) image = nullptr;  // an image that is not there is a transparent one
+        if (!*texture)
+            image = nullptr;  // an image that is not there is a transparent one
         else {
             (*texture)->bind(0);
             _gpuScene.textures().plainSampler().bind(0);
@@ -357,8 +366,8 @@ Result<void> TilePainter::paintShadows(const Aspect& scene, const FramePlan& pla
         const std::int32_t reach = plan.reachOf(i);
         const PixelRect grown{tile.x - reach, tile.y - reach, tile.width + 2 * reach, tile.height + 2 * reach};
         for (const ShadowFit* fit : painting.scene.lights.fits)
-            painting.masks.emplace_back(fit->clipFromWorld * glm::translate(glm::dmat4(1.0), view.eyeWorld), fit->mapSize,
-                                        kNormalOffsetReach * std::abs(fit->normalOffset) + kTexelReach);
+            painting.masks.emplace_back(fit->clipFromWorld * glm::translate(glm::dmat4(1.0), view.eyeWorld),
+                                        fit->mapSize, kNormalOffsetReach * std::abs(fit->normalOffset) + kTexelReach);
         markReceivers(painting.scene, tileFrustum(view, intersect(grown, view.region), kMarginPixels), painting.masks);
     }
     for (const PlannedPass& pass : plan.passes) {
@@ -369,7 +378,8 @@ Result<void> TilePainter::paintShadows(const Aspect& scene, const FramePlan& pla
 }
 
 Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, const FramePlan& plan,
-                                    std::span<ViewPainting> views, Eye eye, const PixelRect& part, const PixelRect& block) {
+                                    std::span<ViewPainting> views, Eye eye, const PixelRect& part,
+                                    const PixelRect& block) {
     for (std::uint32_t i = 0; i < views.size(); ++i) {
         ViewPainting& painting = views[i];
         painting.area = {};
@@ -403,13 +413,24 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
         }
         Result<void> done;
         switch (pass.kind) {
-            case PassKind::Background: done = drawBackground(scene, painting); break;
-            case PassKind::Surfaces: done = drawSurfaces(scene, painting, false); break;
-            case PassKind::Blend: done = drawSurfaces(scene, painting, true); break;
-            case PassKind::Foreground: done = drawForegrounds(scene, painting); break;
-            case PassKind::Layers: done = drawLayers(scene, wall, painting, pass.first); break;
+            case PassKind::Background:
+                done = drawBackground(scene, painting);
+                break;
+            case PassKind::Surfaces:
+                done = drawSurfaces(scene, painting, false);
+                break;
+            case PassKind::Blend:
+                done = drawSurfaces(scene, painting, true);
+                break;
+            case PassKind::Foreground:
+                done = drawForegrounds(scene, painting);
+                break;
+            case PassKind::Layers:
+                done = drawLayers(scene, wall, painting, pass.first);
+                break;
             case PassKind::ShadowMap:
-            case PassKind::Resolve: break;
+            case PassKind::Resolve:
+                break;
         }
         if (!done) return done;
     }

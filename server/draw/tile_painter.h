@@ -18,11 +18,11 @@ namespace umbriel {
 
 // A buffer whose content is replaced; equal content is not sent again.
 class StreamBuffer {
-   public:
+ public:
     Result<void> set(std::span<const std::byte> content);
     const gl::Buffer& buffer() const { return _buffer; }
 
-   private:
+ private:
     std::vector<std::byte> _content;
     gl::Buffer _buffer;
 };
@@ -40,7 +40,7 @@ struct ViewPainting {
 
 // Runs the passes of a frame plan for one tile after the other.
 class TilePainter {
-   public:
+ public:
     struct Counts {
         std::uint64_t triangles = 0;
         std::uint64_t shadowTriangles = 0;
@@ -55,7 +55,7 @@ class TilePainter {
                        const TileAssignment& tile, std::size_t tileIndex);
     const Counts& counts() const { return _counts; }
 
-   private:
+ private:
     // Shadow maps, for all of the tile.
     Result<void> paintShadows(const Aspect& scene, const FramePlan& plan, std::span<ViewPainting> views,
                               const PixelRect& tile);
@@ -84,14 +84,14 @@ class TilePainter {
     StreamBuffer _frame;
     std::map<ContainerId, std::pair<std::string, gl::Texture2D>> _texts;
 
-   public:
+ public:
     // The lights of a view as buffers; kept by view so that unchanged lights are not sent again.
     struct LightBuffers {
         StreamBuffer lights, indices, shadows;
     };
     Result<void> setLights(std::size_t view, const LightList& lights);
 
-   private:
+ private:
     std::map<std::size_t, LightBuffers> _lightBuffers;
 };
 

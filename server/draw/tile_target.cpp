@@ -21,7 +21,9 @@ constexpr LayerFormat kLayers[] = {{Layer::Depth, "depth", GL_R32F, GL_RED, 1},
                                    {Layer::Normal, "normal", GL_RGBA32F, GL_RGB, 3},
                                    {Layer::Ids, "ids", GL_RG32UI, GL_RG_INTEGER, 2}};
 
-bool wants(std::uint32_t mask, Layer layer) { return (mask & static_cast<std::uint32_t>(layer)) != 0; }
+bool wants(std::uint32_t mask, Layer layer) {
+    return (mask & static_cast<std::uint32_t>(layer)) != 0;
+}
 
 std::vector<LayerFormat> formatsOf(std::uint32_t mask) {
     std::vector<LayerFormat> formats;
@@ -32,9 +34,12 @@ std::vector<LayerFormat> formatsOf(std::uint32_t mask) {
 
 std::uint64_t bytesOf(GLenum format) {
     switch (format) {
-        case GL_RGBA32F: return 16;
-        case GL_RG32UI: return 8;
-        default: return 4;
+        case GL_RGBA32F:
+            return 16;
+        case GL_RG32UI:
+            return 8;
+        default:
+            return 4;
     }
 }
 
@@ -125,7 +130,8 @@ Result<void> TileTargets::reserve(const WallViews& views, std::span<const TileAs
             const auto add = [&](GLenum format) -> Result<void> {
                 auto made = gl::Texture2D::create(format, tileSize);
                 if (!made) return made.error();
-                _bytes += static_cast<std::uint64_t>(tileSize.x) * static_cast<std::uint64_t>(tileSize.y) * bytesOf(format);
+                _bytes +=
+                    static_cast<std::uint64_t>(tileSize.x) * static_cast<std::uint64_t>(tileSize.y) * bytesOf(format);
                 finished.images.push_back(std::move(*made));
                 return {};
             };
@@ -168,8 +174,10 @@ void TileTargets::clearLayers() {
     if (!hasLayers()) return;
     const std::vector<LayerFormat> formats = formatsOf(_layerMask);
     for (std::size_t i = 0; i < formats.size(); ++i) {
-        if (formats[i].layer == Layer::Ids) _layers.clearColourUint(static_cast<int>(i), glm::uvec4(0xffffffffu));
-        else _layers.clearColour(static_cast<int>(i), glm::vec4(0.0f));
+        if (formats[i].layer == Layer::Ids)
+            _layers.clearColourUint(static_cast<int>(i), glm::uvec4(0xffffffffu));
+        else
+            _layers.clearColour(static_cast<int>(i), glm::vec4(0.0f));
     }
 }
 
@@ -178,9 +186,12 @@ void TileTargets::clearFactors() {
 }
 
 void TileTargets::clearDepth(bool ofLayers) {
-    if (!ofLayers) _colour.clearDepth(0.0f);
-    else if (hasLayers()) _layers.clearDepth(0.0f);
-    else if (hasFactors()) _factors.clearDepth(0.0f);
+    if (!ofLayers)
+        _colour.clearDepth(0.0f);
+    else if (hasLayers())
+        _layers.clearDepth(0.0f);
+    else if (hasFactors())
+        _factors.clearDepth(0.0f);
 }
 
 void TileTargets::endPart() {
@@ -206,8 +217,8 @@ Result<void> TileTargets::keepFactors(std::uint32_t firstLight, const PixelRect&
     const glm::ivec2 toTile(_origin.x - tile.x, _origin.y - tile.y);  // from pixels of the work images
     const gl::PixelRect rect{{place.x, place.y}, {place.width, place.height}};
     // Views may overlap: this one's pixels replace what an earlier one left.
-    const PixelRect region = intersect(
-        place, {wallRegion.x - _origin.x, wallRegion.y - _origin.y, wallRegion.width, wallRegion.height});
+    const PixelRect region =
+        intersect(place, {wallRegion.x - _origin.x, wallRegion.y - _origin.y, wallRegion.width, wallRegion.height});
     for (int image = 0; image < _factors.colourCount(); ++image) {
         if (firstLight + static_cast<std::uint32_t>(image) * 4 >= finished.factors.size()) break;
         auto pixels = gl::readPixelsFloat(_factors, image, rect);
@@ -220,8 +231,7 @@ Result<void> TileTargets::keepFactors(std::uint32_t firstLight, const PixelRect&
             for (std::int32_t y = region.y; y < region.y + region.height; ++y)
                 for (std::int32_t x = region.x; x < region.x + region.width; ++x) {
                     const auto from = static_cast<std::size_t>(std::int64_t{y - place.y} * place.width + (x - place.x));
-                    const auto to =
-                        static_cast<std::size_t>(std::int64_t{y + toTile.y} * tile.width + (x + toTile.x));
+                    const auto to = static_cast<std::size_t>(std::int64_t{y + toTile.y} * tile.width + (x + toTile.x));
                     kept[to] = (*pixels)[from][static_cast<int>(channel)];
                 }
         }

@@ -9,11 +9,11 @@
 
 namespace umbriel {
 
-// The images that tiles are drawn into, and the finished tiles. Work images are as large as the wall (exact mode) or as a
-// block of it (offset mode, see kBlockPixels) and used by one part of a tile after the other; what is finished is copied
-// to images of the tile's own size.
+// The images that tiles are drawn into, and the finished tiles. Work images are as large as the wall (exact mode) or as
+// a block of it (offset mode, see kBlockPixels) and used by one part of a tile after the other; what is finished is
+// copied to images of the tile's own size.
 class TileTargets {
-   public:
+ public:
     // Makes or keeps images for these tiles. lights: light-factor layers. Errors: out of memory.
     Result<void> reserve(const WallViews& views, std::span<const TileAssignment> tiles, std::uint32_t lights);
 
@@ -31,7 +31,7 @@ class TileTargets {
     bool hasLayers() const { return _layers.colourCount() > 0; }
     bool hasFactors() const { return _factors.colourCount() > 0; }
     std::uint32_t factorImages() const { return static_cast<std::uint32_t>(_factors.colourCount()); }
-    void clearLayers();   // in the current scissor
+    void clearLayers();  // in the current scissor
     void clearFactors();
     void clearDepth(bool ofLayers);  // in the current scissor
 
@@ -44,7 +44,7 @@ class TileTargets {
     Result<std::vector<TilePixels>> read(std::span<const std::string> lightNames) const;
     std::uint64_t bytes() const { return _bytes; }
 
-   private:
+ private:
     struct Image {
         gl::Texture2D texture;
         GLenum format = 0;

@@ -11,8 +11,10 @@ Result<void> StandardShadowMaps::reserve(std::uint32_t mapSize, std::uint32_t la
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &maxSize);
     glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &maxLayers);
     if (mapSize > static_cast<std::uint32_t>(maxSize) || layers > static_cast<std::uint32_t>(maxLayers))
-        return failure(fmt::format("{} shadow maps of {} texels are more than this driver allows ({} of {}); choose a "
-                                   "smaller --map-size", layers, mapSize, maxLayers, maxSize));
+        return failure(
+            fmt::format("{} shadow maps of {} texels are more than this driver allows ({} of {}); choose a "
+                        "smaller --map-size",
+                        layers, mapSize, maxLayers, maxSize));
     _framebuffers.clear();
     _texture = {};
     GLuint id = 0;

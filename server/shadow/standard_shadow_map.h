@@ -13,7 +13,7 @@ namespace umbriel {
 // The depth maps of one view's lights, a layer each (Williams 1978): D32F, reversed (1 nearest the light, 0 at the far
 // end and where nothing casts). Drawn with the light's own matrix, sampled by shaders/snippet/standard_shadow.glsl.
 class StandardShadowMaps {
-   public:
+ public:
     // Makes room for that many maps. Errors: the driver's limits, out of memory.
     Result<void> reserve(std::uint32_t mapSize, std::uint32_t layers);
 
@@ -26,7 +26,7 @@ class StandardShadowMaps {
 
     std::uint64_t bytes() const { return std::uint64_t{_mapSize} * _mapSize * _framebuffers.size() * 4; }
 
-   private:
+ private:
     std::uint32_t _mapSize = 0;
     gl::Name<gl::deleteTexture> _texture;
     std::vector<gl::Name<gl::deleteFramebuffer>> _framebuffers;

@@ -22,9 +22,11 @@ namespace umbriel {
 struct WallImage {
     PixelSize size;
     std::uint32_t channels = 0;
-    std::vector<float> values;             // bits, for integer layers
+    std::vector<float> values;  // bits, for integer layers
     const float* at(int x, int y) const {
-        return values.data() + (static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) + static_cast<std::size_t>(x)) * channels;
+        return values.data() +
+               (static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) + static_cast<std::size_t>(x)) *
+                   channels;
     }
     std::uint32_t bits(int x, int y, int channel) const {
         std::uint32_t value;
@@ -70,7 +72,8 @@ inline Mesh gridMesh(float half, int cells = 1) {
     for (std::uint32_t y = 0; y + 1 < row; ++y)
         for (std::uint32_t x = 0; x + 1 < row; ++x) {
             const std::uint32_t a = y * row + x;
-            for (const std::uint32_t index : {a, a + 1, a + row + 1, a, a + row + 1, a + row}) mesh.indices.push_back(index);
+            for (const std::uint32_t index : {a, a + 1, a + row + 1, a, a + row + 1, a + row})
+                mesh.indices.push_back(index);
         }
     return mesh;
 }
@@ -96,7 +99,7 @@ inline Mesh boxMesh(glm::vec3 half) {
 
 // A scene, a renderer, and a wall to look at it.
 class DrawTest : public ::testing::Test {
-   protected:
+ protected:
     // Also called by tests to start over with an empty scene.
     void SetUp() override {
         scene.reset();
@@ -144,11 +147,13 @@ class DrawTest : public ::testing::Test {
     }
     Ref<Material> material(glm::vec4 colour, ReflectionModel model = ReflectionModel::BlinnPhong) {
         const Ref<Material> made = scene->create<Material>();
-        scene->edit(made).set<&Material::baseColour>(colour).set<&Material::model>(model).set<&Material::metallic>(0.0f);
+        scene->edit(made).set<&Material::baseColour>(colour).set<&Material::model>(model).set<&Material::metallic>(
+            0.0f);
         return made;
     }
     // The node that light shines from: everything below it is lit.
-    Ref<Node> lit(Ref<Node> parent, Ref<DirectionalLight> light, glm::vec3 travels, glm::vec3 irradiance = glm::vec3(1.0f)) {
+    Ref<Node> lit(Ref<Node> parent, Ref<DirectionalLight> light, glm::vec3 travels,
+                  glm::vec3 irradiance = glm::vec3(1.0f)) {
         const Ref<Node> beacon = placed(root, {0, 0, 0}, lookingAlong(travels));
         scene->edit(light).set<&DirectionalLight::irradiance>(irradiance).set<&DirectionalLight::beacon>(beacon);
         return node(parent, light);
@@ -206,7 +211,8 @@ class DrawTest : public ::testing::Test {
         return view;
     }
     // A map over a sphere.
-    ShadowFit fitSphere(ContainerId light, glm::dvec3 travels, glm::dvec3 middle, double radius, std::uint32_t mapSize) const {
+    ShadowFit fitSphere(ContainerId light, glm::dvec3 travels, glm::dvec3 middle, double radius,
+                        std::uint32_t mapSize) const {
         ShadowFit fit;
         fit.light = light;
         fit.mode = ShadowMode::Standard;
@@ -284,7 +290,8 @@ class DrawTest : public ::testing::Test {
                 }
             }
         };
-        if (together) draw(tiles);
+        if (together)
+            draw(tiles);
         else
             for (const TileAssignment& tile : tiles) draw({&tile, 1});
         return images;

@@ -7,7 +7,7 @@ constexpr float kPi = 3.14159265f;
 constexpr PixelSize kSmall{64, 48};
 
 class ShadingTest : public DrawTest {
-   protected:
+ protected:
     // The plane z = 0, seen straight on, 4 m wide.
     Ref<Node> plane(Ref<Node> parent, Ref<Material> of) { return node(parent, geometry(gridMesh(5.0f), of)); }
     glm::vec3 middleOf(const WallImage& image) const {
@@ -53,8 +53,11 @@ TEST_F(ShadingTest, APointLightFallsWithTheSquareOfTheDistanceAndTheCosine) {
 TEST_F(ShadingTest, ASpotLightIsBlackOutsideItsConeAndFullInside) {
     const auto light = scene->create<SpotLight>();
     const Ref<Node> beacon = placed(root, {0, 0, 2});
-    scene->edit(light).set<&SpotLight::intensity>(glm::vec3(4.0f)).set<&SpotLight::beacon>(beacon)
-        .set<&SpotLight::innerAngle>(0.3f).set<&SpotLight::outerAngle>(0.5f);
+    scene->edit(light)
+        .set<&SpotLight::intensity>(glm::vec3(4.0f))
+        .set<&SpotLight::beacon>(beacon)
+        .set<&SpotLight::innerAngle>(0.3f)
+        .set<&SpotLight::outerAngle>(0.5f);
     plane(node(root, light), material({1, 1, 1, 1}));
     const WallImage image = drawColour(wallViews(flatView(4.0, kSmall)));
     ASSERT_FALSE(image.values.empty());
@@ -114,7 +117,8 @@ TEST_F(ShadingTest, ADoubleSidedBackIsLitLikeAFront) {
     const auto light = scene->create<DirectionalLight>();
     const auto both = material({0.5f, 0.5f, 0.5f, 1});
     scene->edit(both).set<&Material::doubleSided>(true);
-    plane(placed(lit(root, light, {0, 0, -1}, glm::vec3(kPi)), {0, 0, 0}, glm::mat3(-1, 0, 0, 0, 1, 0, 0, 0, -1)), both);
+    plane(placed(lit(root, light, {0, 0, -1}, glm::vec3(kPi)), {0, 0, 0}, glm::mat3(-1, 0, 0, 0, 1, 0, 0, 0, -1)),
+          both);
     const WallImage image = drawColour(wallViews(flatView(4.0, kSmall)));
     ASSERT_FALSE(image.values.empty());
     EXPECT_NEAR(middleOf(image).x, 0.5f, 1e-5f);
@@ -125,7 +129,8 @@ TEST_F(ShadingTest, WithoutNormalsTheFaceNormalShades) {
     Mesh mesh = boxMesh(glm::vec3(1.0f));
     mesh.normals.clear();
     const glm::mat3 turned(glm::rotate(glm::mat4(1.0f), 0.6f, glm::vec3(0, 1, 0)));
-    node(placed(lit(root, light, {0, 0, -1}, glm::vec3(kPi)), {0, 0, 0}, turned), geometry(mesh, material({1, 1, 1, 1})));
+    node(placed(lit(root, light, {0, 0, -1}, glm::vec3(kPi)), {0, 0, 0}, turned),
+         geometry(mesh, material({1, 1, 1, 1})));
     const WallImage image = drawColour(wallViews(flatView(4.0, kSmall)));
     ASSERT_FALSE(image.values.empty());
     // The box's +z face is turned by 0.6 rad; its -x face comes into view at the left, turned by pi/2 - 0.6.
@@ -163,7 +168,9 @@ TEST_F(ShadingTest, AlphaMaskCutsAndBlendMixesBackToFront) {
 TEST_F(ShadingTest, TexturesDecodeSRgbAndShowTheirFirstRowAtVZero) {
     // 2x2: first row white and black, second row red and mid-grey (code 188 is 0.5 in linear light).
     const auto texture = checkerTexture(2, {255, 255, 255, 255, 0, 0, 0, 255, 255, 0, 0, 255, 188, 188, 188, 255});
-    scene->edit(texture).set<&Texture::magFilter>(FilterMode::Nearest).set<&Texture::mipMode>(MipMode::None)
+    scene->edit(texture)
+        .set<&Texture::magFilter>(FilterMode::Nearest)
+        .set<&Texture::mipMode>(MipMode::None)
         .set<&Texture::minFilter>(FilterMode::Nearest);
     const auto textured = material({1, 1, 1, 1}, ReflectionModel::Unlit);
     scene->edit(textured).set<&Material::baseColourTexture>(texture);
@@ -192,7 +199,9 @@ TEST_F(ShadingTest, ANormalMapWithDerivedTangentsTurnsTheNormal) {
 
 TEST_F(ShadingTest, AnEmptySceneIsItsBackground) {
     const auto background = scene->create<GradientBackground>();
-    scene->edit(background).set<&GradientBackground::bottom>(glm::vec4(0, 0, 0, 1)).set<&GradientBackground::top>(glm::vec4(1));
+    scene->edit(background)
+        .set<&GradientBackground::bottom>(glm::vec4(0, 0, 0, 1))
+        .set<&GradientBackground::top>(glm::vec4(1));
     scene->edit(viewport).set<&Viewport::background>(Ref<Container>(background.id));
     const WallImage image = drawColour(wallViews(flatView(4.0, kSmall)));
     ASSERT_FALSE(image.values.empty());
@@ -286,8 +295,11 @@ TEST_F(ShadingTest, AChangeShowsAndCostsWhatChanged) {
 
 TEST_F(ShadingTest, ForegroundsAreDrawnInWallCoordinates) {
     const auto text = scene->create<TextForeground>();
-    scene->edit(text).set<&TextForeground::text>("I").set<&TextForeground::height>(16.0f)
-        .set<&TextForeground::lowerLeft>(glm::vec2(20, 8)).set<&TextForeground::colour>(glm::vec4(0, 1, 0, 1));
+    scene->edit(text)
+        .set<&TextForeground::text>("I")
+        .set<&TextForeground::height>(16.0f)
+        .set<&TextForeground::lowerLeft>(glm::vec2(20, 8))
+        .set<&TextForeground::colour>(glm::vec4(0, 1, 0, 1));
     scene->edit(viewport).append<&Viewport::foregrounds>(Ref<Container>(text.id));
     const WallImage image = drawColour(wallViews(flatView(4.0, kSmall)));
     ASSERT_FALSE(image.values.empty());

@@ -3,7 +3,8 @@
 namespace umbriel {
 namespace {
 
-constexpr std::uint32_t kFactors = static_cast<std::uint32_t>(Layer::Colour) | static_cast<std::uint32_t>(Layer::LightFactors);
+constexpr std::uint32_t kFactors =
+    static_cast<std::uint32_t>(Layer::Colour) | static_cast<std::uint32_t>(Layer::LightFactors);
 
 class ShadowTest : public DrawTest {};
 
@@ -15,7 +16,7 @@ TEST_F(ShadowTest, AShadowLiesWhereGeometrySaysToHalfATexel) {
     node(below, geometry(gridMesh(8.0f, 8), material({1, 1, 1, 1})));
     Mesh plate = gridMesh(0.5f);
     node(placed(below, {-2, 0, 1}), geometry(plate, material({1, 1, 1, 1})));
-    View view = flatView(4.0, {400, 300});  // 1 cm pixels
+    View view = flatView(4.0, {400, 300});                                    // 1 cm pixels
     const ShadowFit fit = fitSphere(light.id, travels, {0, 0, 0}, 12, 2048);  // 12 mm texels
     view.fits = {fit};
     const auto images = drawWall(wallViews(view, TileMode::Exact, 1, kFactors));
@@ -27,7 +28,7 @@ TEST_F(ShadowTest, AShadowLiesWhereGeometrySaysToHalfATexel) {
         for (int x = 0; x < 400; ++x) {
             const double px = (x + 0.5) / 100 - 2;
             const double py = (y + 0.5) / 100 - 1.5;
-            if (px < -1.5) continue;  // the plate itself covers the view there
+            if (px < -1.5) continue;                   // the plate itself covers the view there
             const double dx = std::abs(px + 1) - 0.5;  // distance outside of the shadow's square
             const double dy = std::abs(py) - 0.5;
             const double distance = std::max(dx, dy);
@@ -44,11 +45,13 @@ TEST_F(ShadowTest, ALitPlaneHasNoAcne) {
             SetUp();
             const auto light = scene->create<DirectionalLight>();
             const double angle = degrees / 57.29577951;
-            const glm::vec3 travels(std::sin(angle) * std::cos(around), std::sin(angle) * std::sin(around), -std::cos(angle));
+            const glm::vec3 travels(std::sin(angle) * std::cos(around), std::sin(angle) * std::sin(around),
+                                    -std::cos(angle));
             node(lit(root, light, travels), geometry(gridMesh(6.0f, 3), material({1, 1, 1, 1})));
             View view = lookAt({1, -3, 4}, {0, 0, 0}, 0.9, {160, 120}, {0, 0, 1});
             view.fits = {fitSphere(light.id, travels, {0, 0, 0}, 9, 256)};
-            const auto images = drawWall(wallViews(view, TileMode::Exact, 1, kFactors | static_cast<std::uint32_t>(Layer::Depth)));
+            const auto images =
+                drawWall(wallViews(view, TileMode::Exact, 1, kFactors | static_cast<std::uint32_t>(Layer::Depth)));
             ASSERT_EQ(images.size(), 3u);
             std::size_t dark = 0, seen = 0;
             for (int y = 0; y < 120; ++y)
@@ -66,8 +69,11 @@ TEST_F(ShadowTest, ALitPlaneHasNoAcne) {
 TEST_F(ShadowTest, ASpotLightCastsAPerspectiveShadow) {
     const auto light = scene->create<SpotLight>();
     const Ref<Node> beacon = placed(root, {0, 0, 4});
-    scene->edit(light).set<&SpotLight::intensity>(glm::vec3(50.0f)).set<&SpotLight::beacon>(beacon)
-        .set<&SpotLight::innerAngle>(0.7f).set<&SpotLight::outerAngle>(0.78f);
+    scene->edit(light)
+        .set<&SpotLight::intensity>(glm::vec3(50.0f))
+        .set<&SpotLight::beacon>(beacon)
+        .set<&SpotLight::innerAngle>(0.7f)
+        .set<&SpotLight::outerAngle>(0.78f);
     const Ref<Node> below = node(root, light);
     node(below, geometry(gridMesh(8.0f, 8), material({1, 1, 1, 1})));
     node(placed(below, {0, 0, 2}), geometry(gridMesh(0.25f), material({1, 1, 1, 1})));
@@ -87,7 +93,8 @@ TEST_F(ShadowTest, ASpotLightCastsAPerspectiveShadow) {
     fit.texelSize = 2 / f / 512;
     fit.normalOffset = 0.5f;
     view.fits = {fit};
-    const auto images = drawWall(wallViews(view, TileMode::Exact, 1, kFactors | static_cast<std::uint32_t>(Layer::Position)));
+    const auto images =
+        drawWall(wallViews(view, TileMode::Exact, 1, kFactors | static_cast<std::uint32_t>(Layer::Position)));
     ASSERT_EQ(images.size(), 3u);
     // The shadow of a 0.5 m plate halfway is 1 m wide. Texels at 4 m: 16 mm.
     std::size_t wrong = 0, inside = 0;
