@@ -284,11 +284,6 @@ TEST(PhotometricFiles, SharedFilesLoadAndEmitWhatTheySay) {
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
         const PhotometricImport import = parsed(readPhotometricFile(entry.path()));
         const double share = import.web.luminousFlux() / import.lampLumens;
-        RecordProperty(entry.path().filename().string(), std::to_string(share));
-        std::printf("%-20s %zu x %zu, %.0f cd, %.0f of %.0f lm, %s\n", entry.path().filename().c_str(),
-                    import.web.horizontal.size(), import.web.vertical.size(), import.web.maxIntensity(),
-                    import.web.luminousFlux(), import.lampLumens,
-                    import.repairs.empty() ? "sound" : import.repairs[0].c_str());
         EXPECT_GT(share, 0.2) << entry.path();
         EXPECT_LT(share, 1.02) << entry.path();
     }
