@@ -87,7 +87,8 @@ Result<LayeredImage> readHdr(const std::filesystem::path& path, const ImageLimit
     return image;
 }
 
-// What decoding costs for a pixel: our four floats, the decoder's planes, codes, and coefficients of a progressive file.
+// What decoding costs for a pixel: our four floats, the decoder's planes, codes, and coefficients of a progressive
+// file.
 constexpr std::uint64_t kJpegBytesPerPixel = 32;
 
 Result<LayeredImage> readJpeg(const std::filesystem::path& path, const ImageLimits& limits) {
