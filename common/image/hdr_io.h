@@ -24,9 +24,9 @@ constexpr float kHdrMax = 255.0F / 256.0F * 0x1p127F;
 // rename (atomic_file.h).
 //
 // Error: mantissas are rounded to the nearest, so with M the largest channel of a pixel each channel is off by at most
-// M / 256 (0.39 % of the largest; smaller channels lose bits), and a pixel whose channels are all below 2^-128 is
-// black. That holds for readers that take a mantissa as it stands, as ours does; Radiance's own adds half a step,
-// which doubles it.
+// M / 255 (0.39 % of the largest; smaller channels lose bits): M / 256, and a little more where M is rounded up to a
+// power of two and the steps double. A pixel whose channels are all below 2^-128 is black. That holds for readers that
+// take a mantissa as it stands, as ours does; Radiance's own adds half a step, which doubles it.
 //
 // Bad input: an empty picture. Failure: the disk.
 Result<HdrRepairs> writeHdr(const std::filesystem::path& path, const FloatImage& rgba);

@@ -26,7 +26,7 @@ FloatImage writtenAndRead(const FloatImage& picture, HdrRepairs* repairs = nullp
 }
 
 // Widths on both sides of what can be run-length encoded, values over the whole range of the format, runs and noise.
-RC_GTEST_PROP(HdrIo, IsOffByAtMostOne256thOfThePixelsLargestChannel, ()) {
+RC_GTEST_PROP(HdrIo, IsOffByAtMostOne255thOfThePixelsLargestChannel, ()) {
     const int width = *rc::gen::element(1, 7, 8, 9, 127, 128, 129, 300);
     std::mt19937_64 random(*rc::gen::arbitrary<std::uint64_t>());
     FloatImage picture = makeRgbaImage(width, 3);
@@ -45,7 +45,7 @@ RC_GTEST_PROP(HdrIo, IsOffByAtMostOne256thOfThePixelsLargestChannel, ()) {
             const float* out = read.pixel(x, y);
             const double largest = std::max({in[0], in[1], in[2]});
             for (int c = 0; c < 3; ++c) {
-                RC_ASSERT(std::abs(static_cast<double>(in[c]) - static_cast<double>(out[c])) <= largest / 256.0);
+                RC_ASSERT(std::abs(static_cast<double>(in[c]) - static_cast<double>(out[c])) <= largest / 255.0);
             }
             RC_ASSERT(out[3] == 1.0F);
         }
@@ -68,7 +68,13 @@ TEST(HdrIo, KeepsWhatTheFormatCanHold) {
 TEST(HdrIo, RoundsUpIntoTheNextExponent) {
     FloatImage picture = makeRgbaImage(8, 1);
     picture.at(0, 0, 0) = std::nextafter(2.0F, 0.0F);
-    EXPECT_EQ(writtenAndRead(picture).at(0, 0, 0), 2.0F);
+    // The largest channel rounds up to 2, so that the steps double to 1/64.
+    picture.at(1, 0, 0) = 255.8F / 128.0F;
+    picture.at(1, 0, 1) = 3.0F / 256.0F * 2.0F;
+    const FloatImage read = writtenAndRead(picture);
+    EXPECT_EQ(read.at(0, 0, 0), 2.0F);
+    EXPECT_EQ(read.at(1, 0, 0), 2.0F);
+    EXPECT_EQ(read.at(1, 0, 1), 2.0F / 64.0F);  // half a step of 1/64 off: more than 1/256 of the largest
 }
 
 TEST(HdrIo, RepairsAndCountsWhatItCannotHold) {
