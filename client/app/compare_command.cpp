@@ -11,6 +11,7 @@
 
 #include "common/image/isolated_reader.h"
 #include "common/image/measures.h"
+#include "common/image/picture_measures.h"
 #include "common/image/printable.h"
 
 namespace umbriel {
@@ -84,6 +85,47 @@ Json jsonOf(const ImageComparison& comparison, const std::vector<TileComparison>
         json["tiles"].push_back(std::move(entry));
     }
     return json;
+}
+
+Json jsonOf(const Spread& spread) {
+    return {{"mean", finiteOrNull(spread.mean)},
+            {"median", finiteOrNull(spread.median)},
+            {"p95", finiteOrNull(spread.percentile95)},
+            {"max", finiteOrNull(spread.max)}};
+}
+
+double shareAbove(const PictureMeasures& measures, const ImageComparison& comparison) {
+    return static_cast<double>(measures.aboveThreshold) / static_cast<double>(comparison.pixels);
+}
+
+void addPictureMeasures(const CompareOptions& options, const PictureMeasures& measures,
+                        const ImageComparison& comparison, Json& json) {
+    json["above_threshold"] = {{"threshold", options.threshold},
+                               {"pixels", measures.aboveThreshold},
+                               {"share", shareAbove(measures, comparison)}};
+    json["edge_displacement"] = {{"edges_a", measures.edges.edgesA},
+                                 {"edges_b", measures.edges.edgesB},
+                                 {"a_to_b", jsonOf(measures.edges.fromA)},
+                                 {"b_to_a", jsonOf(measures.edges.fromB)}};
+    json["mach_band"] = jsonOf(measures.machBands.response);
+    json["mach_band"]["overshoot"] = jsonOf(measures.machBands.overshoot);
+    json["delta_e"] = jsonOf(measures.deltaE);
+}
+
+void printPictureMeasures(const CompareOptions& options, const PictureMeasures& measures,
+                          const ImageComparison& comparison, std::ostream& out) {
+    out << fmt::format("above {:<8.6g}{:>12}  {:.4f} %\n", options.threshold, measures.aboveThreshold,
+                       100.0 * shareAbove(measures, comparison));
+    out << fmt::format("{:<26}{:>12}{:>12}{:>12}{:>12}\n", "", "mean", "median", "95 %", "max");
+    const auto line = [&out](const std::string& name, const Spread& spread) {
+        out << fmt::format("{:<26}{:>12.6g}{:>12.6g}{:>12.6g}{:>12.6g}\n", name, spread.mean, spread.median,
+                           spread.percentile95, spread.max);
+    };
+    line(fmt::format("edges of A to B ({})", measures.edges.edgesA), measures.edges.fromA);
+    line(fmt::format("edges of B to A ({})", measures.edges.edgesB), measures.edges.fromB);
+    line("Mach bands, response", measures.machBands.response);
+    line("Mach bands, overshoot", measures.machBands.overshoot);
+    line("deltaE (CIE 1976)", measures.deltaE);
 }
 
 std::string pixelText(const std::array<float, 4>& pixel) {
@@ -170,6 +212,12 @@ Result<void> compare(const CompareOptions& options, std::ostream& out) {
     if (!std::isfinite(options.exposure) || std::abs(options.exposure) > kMaxExposure) {
         return badInput(fmt::format("the exposure must lie within +-{} EV", kMaxExposure));
     }
+    if (options.measures != "basic" && options.measures != "all") {
+        return badInput(fmt::format("--measures '{}': expected basic or all", printable(options.measures)));
+    }
+    if (!(options.threshold >= 0.0) || !std::isfinite(options.threshold)) {
+        return badInput("the threshold must be 0 or more");
+    }
     const Result<LayeredImage> a = readImageIsolated(options.a);
     if (!a) {
         return a.error();
@@ -194,11 +242,22 @@ Result<void> compare(const CompareOptions& options, std::ostream& out) {
         }
         tiles = compareTiles(*a, *b, *options.grid, comparisonOptions);
     }
+    std::optional<PictureMeasures> measures;
+    if (options.measures == "all") {
+        measures = measurePictures(a->rgba, b->rgba, {.exposure = options.exposure, .threshold = options.threshold});
+    }
     if (options.json) {
+        Json json = jsonOf(*comparison, tiles);
+        if (measures) {
+            addPictureMeasures(options, *measures, *comparison, json);
+        }
         // Layer names are a file's bytes: what is no UTF-8 is replaced, not thrown at us.
-        out << jsonOf(*comparison, tiles).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+        out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
     } else {
         printTable(options, *a, *b, *comparison, tiles, out);
+        if (measures) {
+            printPictureMeasures(options, *measures, *comparison, out);
+        }
     }
     if (!out.flush()) {
         return failure("the result could not be written");

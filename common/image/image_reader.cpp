@@ -13,6 +13,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "common/image/display.h"
+#include "common/image/exif.h"
 #include "common/image/exr_io.h"
 #include "common/image/png_io.h"
 
@@ -20,6 +22,7 @@
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_STATIC
 #define STBI_ONLY_HDR
+#define STBI_ONLY_JPEG
 #define STBI_MAX_DIMENSIONS (1 << 17)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-function"
@@ -34,20 +37,20 @@ namespace {
 
 // stb_image takes zeros for what lies behind the end of a file. It fills a buffer of its own (where the file may end)
 // or asks for the few bytes it needs now: coming up short on those, or with nothing, means the file is cut off.
-struct HdrStream {
+struct StbStream {
     static constexpr int kStbBuffer = 128;
 
     std::FILE* file = nullptr;
     bool cutOff = false;
 
     static int read(void* user, char* to, int count) {
-        auto* stream = static_cast<HdrStream*>(user);
+        auto* stream = static_cast<StbStream*>(user);
         const int got = static_cast<int>(std::fread(to, 1, static_cast<std::size_t>(count), stream->file));
         stream->cutOff = stream->cutOff || got == 0 || (got < count && count < kStbBuffer);
         return got;
     }
-    static void skip(void* user, int count) { std::fseek(static_cast<HdrStream*>(user)->file, count, SEEK_CUR); }
-    static int atEnd(void* user) { return std::feof(static_cast<HdrStream*>(user)->file); }
+    static void skip(void* user, int count) { std::fseek(static_cast<StbStream*>(user)->file, count, SEEK_CUR); }
+    static int atEnd(void* user) { return std::feof(static_cast<StbStream*>(user)->file); }
 };
 
 Result<LayeredImage> readHdr(const std::filesystem::path& path, const ImageLimits& limits) {
@@ -65,8 +68,8 @@ Result<LayeredImage> readHdr(const std::filesystem::path& path, const ImageLimit
         return badInput(fmt::format("cannot read '{}': {} x {} pixels are more than the limit of {} pixels or {} MiB",
                                     name, width, height, limits.pixels, limits.bytes >> 20));
     }
-    HdrStream stream{file.get()};
-    const stbi_io_callbacks callbacks{&HdrStream::read, &HdrStream::skip, &HdrStream::atEnd};
+    StbStream stream{file.get()};
+    const stbi_io_callbacks callbacks{&StbStream::read, &StbStream::skip, &StbStream::atEnd};
     const std::unique_ptr<float, void (*)(void*)> decoded(
         stbi_loadf_from_callbacks(&callbacks, &stream, &width, &height, &channels, 3), &stbi_image_free);
     if (!decoded || stream.cutOff) {
@@ -80,6 +83,53 @@ Result<LayeredImage> readHdr(const std::filesystem::path& path, const ImageLimit
     for (std::size_t i = 0; i < image.rgba.pixelCount(); ++i, from += 3, to += 4) {
         std::copy_n(from, 3, to);
         to[3] = 1.0F;
+    }
+    return image;
+}
+
+// What decoding costs for a pixel: our four floats, the decoder's planes, codes, and coefficients of a progressive
+// file.
+constexpr std::uint64_t kJpegBytesPerPixel = 32;
+
+Result<LayeredImage> readJpeg(const std::filesystem::path& path, const ImageLimits& limits) {
+    const std::string name = path.string();
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(name.c_str(), "rbe"), &std::fclose);
+    int width = 0;
+    int height = 0;
+    int channels = 0;
+    if (!file || stbi_info_from_file(file.get(), &width, &height, &channels) == 0 || width <= 0 || height <= 0) {
+        return badInput(fmt::format("cannot read '{}': no sound JPEG header", name));
+    }
+    const std::uint64_t pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+    if (pixels > limits.pixels || pixels * kJpegBytesPerPixel > limits.bytes) {
+        return badInput(fmt::format("cannot read '{}': {} x {} pixels are more than the limit of {} pixels or {} MiB",
+                                    name, width, height, limits.pixels, limits.bytes >> 20));
+    }
+    StbStream stream{file.get()};
+    const stbi_io_callbacks callbacks{&StbStream::read, &StbStream::skip, &StbStream::atEnd};
+    const std::unique_ptr<stbi_uc, void (*)(void*)> decoded(
+        stbi_load_from_callbacks(&callbacks, &stream, &width, &height, &channels, 3), &stbi_image_free);
+    if (!decoded || stream.cutOff) {
+        return badInput(
+            fmt::format("cannot read '{}': {}", name, decoded ? "the file is incomplete" : stbi_failure_reason()));
+    }
+    LayeredImage image;
+    image.rgba = makeRgbaImage(width, height);
+    const stbi_uc* from = decoded.get();
+    float* to = image.rgba.samples().data();
+    for (std::size_t i = 0; i < image.rgba.pixelCount(); ++i, from += 3, to += 4) {
+        std::transform(from, from + 3, to, linearFromSrgbByte);
+        to[3] = 1.0F;
+    }
+    const ExposureTags tags = readExposureTags(path);
+    if (tags.seconds) {
+        image.numbers["expTime"] = *tags.seconds;
+    }
+    if (tags.aperture) {
+        image.numbers["aperture"] = *tags.aperture;
+    }
+    if (tags.isoSpeed) {
+        image.numbers["isoSpeed"] = *tags.isoSpeed;
     }
     return image;
 }
@@ -120,10 +170,13 @@ Result<LayeredImage> readImage(const std::filesystem::path& path, const ImageLim
         if (start.starts_with("#?")) {
             return readHdr(path, limits);
         }
+        if (start.starts_with("\xff\xd8\xff")) {
+            return readJpeg(path, limits);
+        }
     } catch (const std::bad_alloc&) {
         return failure(fmt::format("cannot read '{}': not enough memory", name));
     }
-    return badInput(fmt::format("cannot read '{}': it is no OpenEXR, PNG or Radiance file", name));
+    return badInput(fmt::format("cannot read '{}': it is no OpenEXR, PNG, JPEG or Radiance file", name));
 }
 
 }  // namespace umbriel

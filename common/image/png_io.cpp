@@ -202,7 +202,9 @@ Result<void> writePng(const std::filesystem::path& path, const FloatImage& rgba,
         const float alpha = from[3];
         for (int c = 0; c < 3; ++c) {
             const float straight = !options.alpha ? from[c] : alpha > 0.0F ? from[c] / alpha : 0.0F;
-            to[c] = displayByte(straight, scale);
+            to[c] = options.toneMapping == ToneMapping::Clamp
+                        ? displayByte(straight, scale)
+                        : displayByte(static_cast<float>(toneMapped(options.toneMapping, straight * scale)), 1.0);
         }
         if (options.alpha) {
             to[3] = alphaByte(alpha);

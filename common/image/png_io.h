@@ -5,6 +5,7 @@
 
 #include "common/base/result.h"
 #include "common/image/image.h"
+#include "common/image/tone_mapping.h"
 
 namespace umbriel {
 
@@ -14,6 +15,7 @@ struct PngOptions {
     // On: RGBA with straight alpha, as PNG demands: colours are divided by their coverage before encoding; where
     // coverage is 0 the colour is 0.
     bool alpha = false;
+    ToneMapping toneMapping = ToneMapping::Clamp;  // in place of the display transform's clamp
 };
 
 // Shows R, G, B, A through the display transform (display.h) as an 8-bit sRGB file. The same picture gives the same

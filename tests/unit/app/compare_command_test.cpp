@@ -177,5 +177,52 @@ TEST(CompareCommand, OutputThatCannotBeWrittenIsAFailure) {
     EXPECT_NE(err.str(), "");
 }
 
+// White from column 10 on, and from column 13 on: 3 of 32 columns are more than the threshold apart.
+TEST(CompareCommand, AllMeasuresComeOnRequestOnly) {
+    const TemporaryDirectory directory;
+    LayeredImage a = grey(32, 16);
+    LayeredImage b = a;
+    for (int y = 0; y < 16; ++y) {
+        for (int x = 0; x < 32; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                a.rgba.at(x, y, c) = x < 10 ? 0.0F : 1.0F;
+                b.rgba.at(x, y, c) = x < 13 ? 0.0F : 1.0F;
+            }
+        }
+    }
+    ASSERT_TRUE(writeExr(directory / "a.exr", a).has_value());
+    ASSERT_TRUE(writeExr(directory / "b.exr", b).has_value());
+    CompareOptions options{directory / "a.exr", directory / "b.exr", 0.0, true, {}};
+    EXPECT_EQ(keysOf(json::parse(run(options).out)).size(), 8U);
+    options.measures = "all";
+    options.threshold = 0.5;
+    const json all = json::parse(run(options).out);
+    EXPECT_EQ(keysOf(all).size(), 12U);
+    EXPECT_EQ(all["above_threshold"], json({{"threshold", 0.5}, {"pixels", 48}, {"share", 48.0 / 512.0}}));
+    EXPECT_EQ(all["edge_displacement"]["edges_a"], 16);
+    EXPECT_EQ(all["edge_displacement"]["a_to_b"]["median"], 3.0);
+    EXPECT_EQ(all["edge_displacement"]["b_to_a"]["p95"], 3.0);
+    EXPECT_NEAR(all["delta_e"]["mean"].get<double>(), 100.0 * 3.0 / 32.0, 1e-3);
+    EXPECT_EQ(all["delta_e"]["median"], 0.0);
+    // Beside the edge 0.6 + 0.1 of white, in the row next to it -0.1.
+    EXPECT_NEAR(all["mach_band"]["max"].get<double>(), 0.7, 1e-6);
+    EXPECT_NEAR(all["mach_band"]["overshoot"]["max"].get<double>(), 0.1, 1e-6);
+
+    // No edge in B: no distance, which JSON says as null.
+    ASSERT_TRUE(writeExr(directory / "flat.exr", grey(32, 16)).has_value());
+    options.b = directory / "flat.exr";
+    EXPECT_TRUE(json::parse(run(options).out)["edge_displacement"]["a_to_b"]["median"].is_null());
+
+    options.json = false;
+    EXPECT_NE(run(options).out.find("deltaE"), std::string::npos);
+    options.measures = "basic";
+    EXPECT_EQ(run(options).out.find("deltaE"), std::string::npos);
+    options.measures = "most";
+    EXPECT_EQ(run(options).code, 2);
+    options.measures = "all";
+    options.threshold = -1.0;
+    EXPECT_EQ(run(options).code, 2);
+}
+
 }  // namespace
 }  // namespace umbriel
