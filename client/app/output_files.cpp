@@ -106,11 +106,12 @@ std::vector<fs::path> OutputFiles::pathsFor(std::uint64_t frame) const {
     return paths;
 }
 
-Result<std::vector<fs::path>> OutputFiles::write(std::uint64_t frame, const LayeredImage& image, double exposure) const {
+Result<std::vector<fs::path>> OutputFiles::write(std::uint64_t frame, const LayeredImage& image, double exposure,
+                                                   ToneMapping toneMapping) const {
     const std::vector<fs::path> paths = pathsFor(frame);
     for (const fs::path& path : paths) {
         const Result<void> written = path.extension() == ".png"
-                                         ? writePng(path, image.rgba, {.exposure = exposure})
+                                         ? writePng(path, image.rgba, {.exposure = exposure, .toneMapping = toneMapping})
                                          : writeExr(path, image);
         if (!written) return written.error();
     }

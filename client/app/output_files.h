@@ -7,6 +7,7 @@
 
 #include "common/base/result.h"
 #include "common/image/image.h"
+#include "common/image/tone_mapping.h"
 #include "common/wall/tile_pixels.h"
 
 namespace umbriel {
@@ -22,8 +23,10 @@ class OutputFiles {
     bool empty() const { return _patterns.empty(); }
     // The files of one frame.
     std::vector<std::filesystem::path> pathsFor(std::uint64_t frame) const;
-    // Writes the frame to all its files; each appears complete or not at all. exposure in EV applies to .png only.
-    Result<std::vector<std::filesystem::path>> write(std::uint64_t frame, const LayeredImage& image, double exposure) const;
+    // Writes the frame to all its files; each appears complete or not at all. exposure (EV) and the tone mapping apply to
+    // .png only.
+    Result<std::vector<std::filesystem::path>> write(std::uint64_t frame, const LayeredImage& image, double exposure,
+                                                     ToneMapping toneMapping) const;
 
    private:
     std::vector<std::string> _patterns;

@@ -158,6 +158,9 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
         return exitCodeOf(badInput(fmt::format("--fps {}: expected more than 0 frames per second", arguments.fps)));
     if (!(std::abs(arguments.exposure) <= 100.0))
         return exitCodeOf(badInput(fmt::format("--exposure {}: expected -100 to 100 EV", arguments.exposure)));
+    const auto toneMapping = toneMappingNamed(arguments.toneMapping);
+    if (!toneMapping)
+        return exitCodeOf(badInput(fmt::format("--tone-mapping '{}': expected clamp, exposure, reinhard or aces", arguments.toneMapping)));
     std::uint32_t layers = static_cast<std::uint32_t>(Layer::Colour);
     if (!arguments.layers.empty()) {
         const auto parsed = parseLayers(arguments.layers);
@@ -199,7 +202,7 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
         auto report = (*cluster)->frame(scene, views->views, time, !files->empty());
         if (!report) return exitCodeOf(report.error());
         if (!files->empty()) {
-            const auto paths = files->write(report->frame, assembleWall(setup->wall, report->tiles), arguments.exposure);
+            const auto paths = files->write(report->frame, assembleWall(setup->wall, report->tiles), arguments.exposure, *toneMapping);
             if (!paths) return exitCodeOf(paths.error());
             for (const auto& path : *paths) written.push_back(path.string());
         }

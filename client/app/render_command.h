@@ -42,6 +42,7 @@ struct RenderArguments {
     std::uint64_t frames = 1;
     double fps = 25.0;
     double exposure = 0.0;                // EV
+    std::string toneMapping = "clamp";
     bool json = false;
     bool explain = false;
 };

@@ -6,6 +6,7 @@
 
 #include "client/app/compare_command.h"
 #include "client/app/doctor_command.h"
+#include "client/app/hdr_command.h"
 #include "client/app/render_command.h"
 #include "client/app/view_command.h"
 #include "client/import/import_child.h"
@@ -92,6 +93,8 @@ int main(int argc, char** argv) {
     renderCommand->add_option("--frames", render.frames, "how many frames")->capture_default_str();
     renderCommand->add_option("--fps", render.fps, "frames per second of the animation")->capture_default_str();
     renderCommand->add_option("--exposure", render.exposure, "exposure of PNG files in EV")->capture_default_str();
+    renderCommand->add_option("--tone-mapping", render.toneMapping, "of PNG files: clamp, exposure, reinhard, aces")
+        ->capture_default_str();
     renderCommand->add_flag("--json", render.json, "print what was done and measured as JSON");
     renderCommand->add_flag("--explain", render.explain, "print each server's frame plan: passes, shader variants, bytes");
     renderCommand->footer("Example: umbriel render demo:car --grid 3x1 --size 1920x540 --shadow std --frames 25 --out car.%04d.exr");
@@ -110,8 +113,23 @@ int main(int argc, char** argv) {
     compareCommand->add_option("B", compareB, "another of the same size")->required();
     compareCommand->add_option("--exposure", compare.exposure, "EV before clamping and rounding to 8 bits")->capture_default_str();
     compareCommand->add_option("--grid", compareGrid, "measure each tile of COLUMNSxROWS as well");
+    compareCommand->add_option("--measures", compare.measures, "basic, or all: edges, Mach bands, colour difference too")
+        ->capture_default_str();
+    compareCommand->add_option("--threshold", compare.threshold, "for the share of pixels that differ by more")->capture_default_str();
     compareCommand->add_flag("--json", compare.json, "print JSON");
     compareCommand->footer("Example: umbriel compare one.exr wall.exr --grid 2x2");
+
+    HdrOptions hdr;
+    CLI::App* hdrCommand = app.add_subcommand("hdr", "a radiance map from photographs with different exposure times");
+    hdrCommand->add_option("PHOTOGRAPHS", hdr.photographs, "JPEG or PNG files of one still scene")->required();
+    hdrCommand->add_option("--times", hdr.times, "seconds, as in 1/30,1/15, in the order of the photographs; @FILE; default: EXIF");
+    hdrCommand->add_option("--merge", hdr.merge, "weighted, or nearest to mid-range")->capture_default_str();
+    hdrCommand->add_option("--smoothness", hdr.smoothness, "of the response curve")->capture_default_str();
+    hdrCommand->add_option("--out", hdr.outs, ".exr, .hdr or .png; repeatable");
+    hdrCommand->add_option("--tone-mapping", hdr.toneMapping, "of a .png: clamp, exposure, reinhard, aces")->capture_default_str();
+    hdrCommand->add_option("--exposure", hdr.exposure, "of a .png, in EV (default: the mean of the logarithms becomes 0.18)");
+    hdrCommand->add_flag("--json", hdr.json, "print JSON");
+    hdrCommand->footer("Example: umbriel hdr IMG_*.jpg --out room.exr --out room.png");
 
     DoctorOptions doctor;
     CLI::App* doctorCommand = app.add_subcommand("doctor", "say what works on this machine");
@@ -141,6 +159,7 @@ int main(int argc, char** argv) {
         if (!setLogLevel(view.scene.logLevel)) return 2;
         return runView(view, serverBesideThisProgram());
     }
+    if (*hdrCommand) return runHdr(hdr, std::cout, std::cerr);
     if (*compareCommand) {
         compare.a = compareA;
         compare.b = compareB;
