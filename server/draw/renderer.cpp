@@ -7,6 +7,7 @@
 #include <deque>
 
 #include "server/draw/tile_painter.h"
+#include "server/draw/tile_pieces.h"
 #include "server/gl/context.h"
 
 namespace umbriel {
@@ -59,6 +60,8 @@ class SceneRenderer final : public Renderer {
         static_cast<void>(time);  // nothing drawn here moves by itself
         const auto start = std::chrono::steady_clock::now();
         if (auto checked = check(views, tiles); !checked) return checked.error();
+        _tiles.assign(tiles.begin(), tiles.end());
+        _pieces = piecesOf(_tiles, largestPiece());
         if (auto updated = _scene.update(scene); !updated) return updated.error();
         _lightNodes.clear();
         _lightNames.clear();
@@ -76,16 +79,16 @@ class SceneRenderer final : public Renderer {
             paintings.push_back(std::move(painting));
         }
         const auto factorLights = static_cast<std::uint32_t>(_lightNodes.size());
-        auto plan = planFrame(views, demands, tiles, factorLights,
+        auto plan = planFrame(views, demands, _pieces, factorLights,
                               std::min({_limits.maxTextureSize, _limits.maxViewportWidth, _limits.maxViewportHeight}));
         if (!plan) return plan.error();
         if (auto uploaded = _scene.materials().upload(); !uploaded) return uploaded.error();
         if (auto reserved = reserveShadowMaps(demands, paintings); !reserved) return reserved.error();
-        if (auto reserved = _targets.reserve(views, tiles, factorLights); !reserved) return reserved.error();
+        if (auto reserved = _targets.reserve(views, _pieces, factorLights); !reserved) return reserved.error();
 
         _painter.beginFrame();
-        for (std::size_t i = 0; i < tiles.size(); ++i)
-            if (auto painted = _painter.paint(scene, views, *plan, paintings, tiles[i], i); !painted)
+        for (std::size_t i = 0; i < _pieces.size(); ++i)
+            if (auto painted = _painter.paint(scene, views, *plan, paintings, _pieces[i], i); !painted)
                 return painted.error();
         glFinish();
         if (auto checked = gl::checkError("drawing a frame"); !checked) return checked.error();
@@ -98,7 +101,11 @@ class SceneRenderer final : public Renderer {
         return statistics;
     }
 
-    Result<std::vector<TilePixels>> readTiles() override { return _targets.read(_lightNames); }
+    Result<std::vector<TilePixels>> readTiles() override {
+        auto pieces = _targets.read(_lightNames);
+        if (!pieces || _pieces.size() == _tiles.size()) return pieces;
+        return joinPieces(std::move(*pieces), _tiles);
+    }
 
     std::string explain() const override { return _plan.explain(); }
 
@@ -113,6 +120,12 @@ class SceneRenderer final : public Renderer {
                 return badInput("tile " + std::to_string(tile.tile) + " is empty or lies outside of the wall");
         }
         return {};
+    }
+
+    // Whole blocks of offset mode, so that no block is drawn twice.
+    std::int32_t largestPiece() const {
+        const int blocks = _limits.maxTextureSize / kBlockPixels;
+        return blocks > 0 ? blocks * kBlockPixels : _limits.maxTextureSize;
     }
 
     // A map that no surface asks for is not drawn.
@@ -163,6 +176,8 @@ class SceneRenderer final : public Renderer {
     std::deque<StandardShadowMaps> _shadowMaps;  // by view
     std::vector<ContainerId> _lightNodes;
     std::vector<std::string> _lightNames;
+    std::vector<TileAssignment> _tiles;
+    std::vector<TileAssignment> _pieces;  // of the tiles, none larger than a texture
     FramePlan _plan;
 };
 
