@@ -85,6 +85,16 @@ Result<GridArgument> parseGrid(std::string_view argument, std::string_view text)
     return GridArgument{pair->first, pair->second};
 }
 
+Result<glm::dvec2> parseWallSize(std::string_view text) {
+    const auto parts = split(text, 'x');
+    glm::dvec2 size{0.0};
+    for (int i = 0; i < 2 && parts.size() == 2; ++i)
+        size[i] = toNumber<double>(parts[static_cast<std::size_t>(i)]).value_or(0.0);
+    if (!(size.x > 0.0 && size.y > 0.0 && size.x < 1e6 && size.y < 1e6))
+        return expected("--wall-size", text, "WIDTHxHEIGHT in metres, as in 3.2x1.8");
+    return size;
+}
+
 Result<double> parseNumber(std::string_view argument, std::string_view text) {
     const auto value = toNumber<double>(text);
     if (!value || !std::isfinite(*value)) return expected(argument, text, "a finite number");

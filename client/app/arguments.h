@@ -36,6 +36,8 @@ struct LightArgument {
 Result<PixelSize> parseSize(std::string_view argument, std::string_view text);
 // "3x1", columns x rows.
 Result<GridArgument> parseGrid(std::string_view argument, std::string_view text);
+// "3.2x1.8", metres.
+Result<glm::dvec2> parseWallSize(std::string_view text);
 // "1,2.5,-3": finite numbers.
 Result<glm::dvec3> parseVector(std::string_view argument, std::string_view text);
 Result<double> parseNumber(std::string_view argument, std::string_view text);

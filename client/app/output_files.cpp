@@ -95,20 +95,22 @@ Result<OutputFiles> OutputFiles::plan(const std::vector<std::string>& outs, std:
     return files;
 }
 
-std::vector<fs::path> OutputFiles::pathsFor(std::uint64_t frame) const {
+std::vector<fs::path> OutputFiles::pathsFor(std::uint64_t frame, std::string_view suffix) const {
     std::vector<fs::path> paths;
     for (const std::string& pattern : _patterns) {
         std::string name = pattern;
         if (const auto place = findPlace(pattern); place && *place)
             name.replace((*place)->begin, (*place)->length, fmt::format("{:0{}}", frame, std::max(1, (*place)->digits)));
-        paths.emplace_back(name);
+        fs::path path(name);
+        if (!suffix.empty()) path.replace_extension("." + std::string(suffix) + path.extension().string());
+        paths.push_back(std::move(path));
     }
     return paths;
 }
 
-Result<std::vector<fs::path>> OutputFiles::write(std::uint64_t frame, const LayeredImage& image, double exposure,
-                                                   ToneMapping toneMapping) const {
-    const std::vector<fs::path> paths = pathsFor(frame);
+Result<std::vector<fs::path>> OutputFiles::write(std::uint64_t frame, std::string_view suffix, const LayeredImage& image,
+                                                   double exposure, ToneMapping toneMapping) const {
+    const std::vector<fs::path> paths = pathsFor(frame, suffix);
     for (const fs::path& path : paths) {
         const Result<void> written = path.extension() == ".png"
                                          ? writePng(path, image.rgba, {.exposure = exposure, .toneMapping = toneMapping})
@@ -118,10 +120,11 @@ Result<std::vector<fs::path>> OutputFiles::write(std::uint64_t frame, const Laye
     return paths;
 }
 
-LayeredImage assembleWall(PixelSize wall, const std::vector<TilePixels>& tiles) {
+LayeredImage assembleWall(PixelSize wall, const std::vector<TilePixels>& tiles, Eye eye) {
     LayeredImage image;
     image.rgba = makeRgbaImage(wall.width, wall.height);
     for (const TilePixels& tile : tiles) {
+        if (tile.tile.eye != eye) continue;
         for (const TileLayer& layer : tile.layers) {
             if (layer.layer == Layer::Colour) {
                 place(layer, tile.tile, image.rgba);

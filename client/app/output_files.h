@@ -21,18 +21,18 @@ class OutputFiles {
     static Result<OutputFiles> plan(const std::vector<std::string>& outs, std::uint64_t frames);
 
     bool empty() const { return _patterns.empty(); }
-    // The files of one frame.
-    std::vector<std::filesystem::path> pathsFor(std::uint64_t frame) const;
+    // The files of one frame. suffix: goes before the file's ending with a dot, for one eye of two; may be empty.
+    std::vector<std::filesystem::path> pathsFor(std::uint64_t frame, std::string_view suffix) const;
     // Writes the frame to all its files; each appears complete or not at all. exposure (EV) and the tone mapping apply to
     // .png only.
-    Result<std::vector<std::filesystem::path>> write(std::uint64_t frame, const LayeredImage& image, double exposure,
-                                                     ToneMapping toneMapping) const;
+    Result<std::vector<std::filesystem::path>> write(std::uint64_t frame, std::string_view suffix, const LayeredImage& image,
+                                                     double exposure, ToneMapping toneMapping) const;
 
    private:
     std::vector<std::string> _patterns;
 };
 
-// The wall as one picture from the tiles that cover it. Layers are matched by name.
-LayeredImage assembleWall(PixelSize wall, const std::vector<TilePixels>& tiles);
+// The wall as one eye sees it, from the tiles that cover it. Layers are matched by name.
+LayeredImage assembleWall(PixelSize wall, const std::vector<TilePixels>& tiles, Eye eye);
 
 }  // namespace umbriel

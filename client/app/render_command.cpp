@@ -50,6 +50,31 @@ Result<CameraArguments> checkCamera(const SceneArguments& arguments) {
     return camera;
 }
 
+// Which eyes are drawn: two servers share a tile's place on the wall, one for each eye.
+Result<void> checkStereo(const SceneArguments& arguments, WallSetup& setup) {
+    if (!arguments.wallSize.empty()) {
+        const auto size = parseWallSize(arguments.wallSize);
+        if (!size) return size.error();
+        setup.stage.wallSize = *size;
+    }
+    if (arguments.stereo.empty()) return {};
+    if (arguments.stereo != "left" && arguments.stereo != "right" && arguments.stereo != "pair")
+        return badInput(fmt::format("--stereo '{}': expected left, right or pair", arguments.stereo));
+    if (!(arguments.eyeSeparation >= 0.0 && arguments.eyeSeparation <= 1e3))
+        return badInput(fmt::format("--eye-separation {}: expected 0 to 1000 metres", arguments.eyeSeparation));
+    setup.stage.stereo = StereoArguments{arguments.eyeSeparation};
+    setup.eyes.clear();
+    if (arguments.stereo != "right") setup.eyes.push_back(Eye::Left);
+    if (arguments.stereo != "left") setup.eyes.push_back(Eye::Right);
+    std::vector<TileAssignment> tiles;
+    for (const TileAssignment& tile : setup.tiles)
+        for (const Eye eye : setup.eyes) {
+            tiles.push_back({static_cast<std::uint32_t>(tiles.size()), tile.pixels, eye});
+        }
+    setup.tiles = std::move(tiles);
+    return {};
+}
+
 nlohmann::json toJson(const FrameReport& report) {
     nlohmann::json servers = nlohmann::json::array();
     for (const ServerReport& server : report.servers)
@@ -82,6 +107,7 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
     if (!tiles) return badInput(fmt::format("--grid {} --size {}: {}", arguments.grid, arguments.size, tiles.error().message));
     setup.tiles = std::move(*tiles);
 
+    if (const auto stereo = checkStereo(arguments, setup); !stereo) return stereo.error();
     const auto camera = checkCamera(arguments);
     if (!camera) return camera.error();
     setup.stage.camera = *camera;
@@ -202,9 +228,13 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
         auto report = (*cluster)->frame(scene, views->views, time, !files->empty());
         if (!report) return exitCodeOf(report.error());
         if (!files->empty()) {
-            const auto paths = files->write(report->frame, assembleWall(setup->wall, report->tiles), arguments.exposure, *toneMapping);
-            if (!paths) return exitCodeOf(paths.error());
-            for (const auto& path : *paths) written.push_back(path.string());
+            for (const Eye eye : setup->eyes) {
+                const std::string_view suffix = setup->eyes.size() == 1 ? "" : eye == Eye::Left ? "left" : "right";
+                const auto paths = files->write(report->frame, suffix, assembleWall(setup->wall, report->tiles, eye),
+                                                arguments.exposure, *toneMapping);
+                if (!paths) return exitCodeOf(paths.error());
+                for (const auto& path : *paths) written.push_back(path.string());
+            }
         }
         if (arguments.json) frames.push_back(toJson(*report));
         progress.step();

@@ -23,6 +23,9 @@ struct SceneArguments {
     std::string camera;
     std::string eye, target, up;
     std::optional<double> fov;            // degrees, vertical
+    std::string stereo;                   // "", "left", "right", "pair"
+    std::string wallSize;                 // metres, WxH
+    double eyeSeparation = 0.065;         // metres
     std::string shadow = "none";
     std::uint32_t mapSize = 512;
     std::vector<std::string> lights;
@@ -50,7 +53,8 @@ struct RenderArguments {
 // Everything checked that can be checked without loading the scene or starting a server.
 struct WallSetup {
     PixelSize wall;
-    std::vector<TileAssignment> tiles;
+    std::vector<TileAssignment> tiles;    // of all eyes that are drawn
+    std::vector<Eye> eyes = {Eye::Mono};
     StageOptions stage;
     ClusterOptions cluster;
     TileMode tileMode = TileMode::Offset;

@@ -102,6 +102,41 @@ void addLight(Aspect& scene, LightChain& chain, const LightArgument& light, cons
     chain.add(name, core);
 }
 
+Ref<Viewport> addViewport(Aspect& scene, const Stage& stage, const std::string& name, Ref<Container> camera,
+                          const StageOptions& options) {
+    const Ref<Viewport> viewport = scene.create<Viewport>(name);
+    auto edit = scene.edit(viewport);
+    edit.set<&Viewport::root>(stage.root);
+    edit.set<&Viewport::camera>(camera);
+    edit.set<&Viewport::shadowMode>(options.shadowMode);
+    edit.set<&Viewport::mapSize>(options.mapSize);
+    if (options.background) {
+        const Ref<ColourBackground> background = scene.create<ColourBackground>("background");
+        scene.edit(background).set<&ColourBackground::colour>(glm::vec4(*options.background, 1.0f));
+        edit.set<&Viewport::background>(Ref<Container>(background.id));
+    }
+    scene.edit(stage.window).append<&Window::viewports>(viewport);
+    return viewport;
+}
+
+// A wall of given metres need not have square pixels.
+Result<void> fitToWall(Aspect& scene, Ref<Container> camera, const StageOptions& options) {
+    if (!options.wallSize) return {};
+    if (!scene.findAs<PerspectiveCamera>(camera.id))
+        return badInput("--wall-size: the wall's distance follows from the field of view, so it needs a perspective camera");
+    scene.edit(Ref<PerspectiveCamera>(camera.id)).set<&PerspectiveCamera::aspect>(options.wallSize->x / options.wallSize->y);
+    return {};
+}
+
+// From the middle between the eyes to the wall: where a wall of this height fills the vertical field of view; 1 m when
+// its size is not given.
+Result<double> screenDistance(const Aspect& scene, Ref<Container> camera, const StageOptions& options) {
+    const auto* perspective = scene.findAs<PerspectiveCamera>(camera.id);
+    if (!perspective) return badInput("--stereo: two eyes need a perspective camera");
+    if (!options.wallSize) return 1.0;
+    return 0.5 * options.wallSize->y / std::tan(0.5 * perspective->fovY);
+}
+
 Result<Ref<Container>> namedCamera(const Aspect& scene, const LoadedScene& loaded, const std::string& name) {
     std::string known;
     for (const Ref<Container>& camera : loaded.cameras.toVector()) {
@@ -171,22 +206,27 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
         chosen = loaded.cameras[0];
     }
 
+    if (const auto fitted = fitToWall(scene, chosen, options); !fitted) return fitted.error();
     stage.root = chain.root();
-    stage.viewport = scene.create<Viewport>("viewport");
-    {
-        auto edit = scene.edit(stage.viewport);
-        edit.set<&Viewport::root>(stage.root);
-        edit.set<&Viewport::camera>(chosen);
-        edit.set<&Viewport::shadowMode>(options.shadowMode);
-        edit.set<&Viewport::mapSize>(options.mapSize);
-        if (options.background) {
-            const Ref<ColourBackground> background = scene.create<ColourBackground>("background");
-            scene.edit(background).set<&ColourBackground::colour>(glm::vec4(*options.background, 1.0f));
-            edit.set<&Viewport::background>(Ref<Container>(background.id));
-        }
-    }
     stage.window = scene.create<Window>("window");
-    scene.edit(stage.window).append<&Window::viewports>(stage.viewport);
+    if (!options.stereo) {
+        stage.viewport = addViewport(scene, stage, "viewport", chosen, options);
+        return stage;
+    }
+    // Both eyes belong to the picture even when one of them is drawn: shadow maps are fitted to both.
+    const auto distance = screenDistance(scene, chosen, options);
+    if (!distance) return distance.error();
+    for (const Eye eye : {Eye::Left, Eye::Right}) {
+        const std::string name = eye == Eye::Left ? "left eye" : "right eye";
+        const Ref<StereoCameraDecorator> decorator = scene.create<StereoCameraDecorator>(name);
+        scene.edit(decorator)
+            .set<&StereoCameraDecorator::camera>(chosen)
+            .set<&StereoCameraDecorator::eye>(eye)
+            .set<&StereoCameraDecorator::separation>(options.stereo->separation)
+            .set<&StereoCameraDecorator::zeroParallax>(*distance);
+        const Ref<Viewport> viewport = addViewport(scene, stage, name, Ref<Container>(decorator.id), options);
+        if (eye == Eye::Left) stage.viewport = viewport;
+    }
     return stage;
 }
 

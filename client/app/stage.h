@@ -21,6 +21,11 @@ struct CameraArguments {
     std::optional<double> fovDegrees;      // vertical
 };
 
+// Two eyes side by side before the wall; the screen stands at the plane of zero parallax.
+struct StereoArguments {
+    double separation = 0.065;             // metres between the eyes
+};
+
 struct StageOptions {
     CameraArguments camera;
     std::vector<LightArgument> lights;
@@ -28,6 +33,8 @@ struct StageOptions {
     ShadowMode shadowMode = ShadowMode::None;
     std::uint32_t mapSize = 512;
     std::optional<glm::vec3> background;   // linear; none: transparent black
+    std::optional<StereoArguments> stereo;
+    std::optional<glm::dvec2> wallSize;    // metres; none: the wall is as far away as its field of view puts it at 1 m
 };
 
 // What stands around a loaded scene so that it can be drawn: lights, a camera with its beacon, a background, a viewport

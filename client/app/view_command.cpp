@@ -76,6 +76,8 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
     SceneArguments sceneArguments = arguments.scene;
     // One window on this machine: one embedded server unless a wall is asked for.
     if (!sceneArguments.local && sceneArguments.servers.empty() && sceneArguments.grid == "1x1") sceneArguments.local = 1;
+    if (!sceneArguments.stereo.empty())
+        return exitCodeOf(badInput("--stereo: the window of this version shows one eye; render draws pairs"));
     auto setup = checkSceneArguments(sceneArguments);
     if (!setup) return exitCodeOf(setup.error());
     const auto grid = parseGrid("--grid", sceneArguments.grid);
@@ -121,7 +123,7 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
         views->views.samples = setup->samples;
         auto report = (*cluster)->frame(scene, views->views, time, true);
         if (!report) return exitCodeOf(report.error());
-        (*window)->show(assembleWall(setup->wall, report->tiles).rgba);
+        (*window)->show(assembleWall(setup->wall, report->tiles, Eye::Mono).rgba);
 
         ++titleFrames;
         if (const TimePoint now = clock.now(); now - titleTime >= std::chrono::seconds(1)) {

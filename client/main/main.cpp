@@ -35,6 +35,9 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command.add_option("--target", arguments.target, "what it looks at, x,y,z");
     command.add_option("--up", arguments.up, "what is up, x,y,z (default 0,1,0)");
     command.add_option("--fov", arguments.fov, "vertical field of view in degrees");
+    command.add_option("--stereo", arguments.stereo, "left, right or pair: off-axis eyes before the wall; pairs go to x.left, x.right");
+    command.add_option("--wall-size", arguments.wallSize, "of the wall in metres, WxH; with the field of view it gives the distance");
+    command.add_option("--eye-separation", arguments.eyeSeparation, "metres between the eyes")->capture_default_str();
     command.add_option("--shadow", arguments.shadow, "shadow mode: none, std")->capture_default_str();
     command.add_option("--map-size", arguments.mapSize, "shadow map size in texels; 0: the largest power of two within the wall")
         ->capture_default_str();

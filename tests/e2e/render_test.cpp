@@ -105,6 +105,20 @@ TEST(Render, JsonReportsFramesAndServers) {
     EXPECT_LT(report["frames"][2]["change_bytes"], report["frames"][0]["change_bytes"]);
 }
 
+// What the eyes see is one scene: the shadows of a single eye are fitted to both, so it equals its half of the pair.
+TEST(Render, EachEyeOfAPairEqualsItsOwnRender) {
+    const TemporaryFolder folder;
+    for (const char* eyes : {"pair", "left", "right"})
+        render({"demo:car", "--size", "160x90", "--grid", "2x1", "--shadow", "std", "--stereo", eyes, "--wall-size", "3.2x1.8", "--out",
+                folder / (std::string(eyes) + ".exr")});
+    EXPECT_EQ(readFile(folder / "pair.left.exr"), readFile(folder / "left.exr"));
+    EXPECT_EQ(readFile(folder / "pair.right.exr"), readFile(folder / "right.exr"));
+    EXPECT_GT(compare(folder / "left.exr", folder / "right.exr")["differing"], 0);
+    // Without a distance between them the eyes see the same.
+    render({"demo:car", "--size", "160x90", "--stereo", "pair", "--eye-separation", "0", "--out", folder / "none.exr"});
+    EXPECT_EQ(compare(folder / "none.left.exr", folder / "none.right.exr")["bit_differing"], 0);
+}
+
 TEST(Render, SequencesGoToNumberedFiles) {
     const TemporaryFolder folder;
     render({"demo:car", "--size", "64x36", "--frames", "3", "--out", folder / "x.%04d.exr"});
