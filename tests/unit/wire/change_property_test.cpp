@@ -10,7 +10,7 @@ using test::Random;
 using test::RandomEditor;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr int kSequences = 2000;  // instrumented code is slower; the release build does them all
+constexpr int kSequences = 1000;  // instrumented code is slower; the release build does them all
 constexpr int kProperties = 300;
 #else
 constexpr int kSequences = 10'000;
