@@ -30,4 +30,4 @@ FORMULA_FN Real angleOf(Real y, Real x) {
 }
 
 // The angle between two unit vectors, in [0, pi], exact also where they nearly agree or oppose.
-FORMULA_FN Real angleBetween(Vec3 a, Vec3 b) { return angleOf(sqrt(lengthSquared(cross(a, b))), dot(a, b)); }
+FORMULA_FN Real angleBetween(Vec3 a, Vec3 b) { return angleOf(lengthOf(cross(a, b)), dot(a, b)); }

@@ -35,10 +35,11 @@ FORMULA_FN Real spotCone(Vec3 fromLight, Vec3 axis, Real cosCone, Real exponent)
 
 // min(max(p.l, 0)^sp / (kc + kl d + kq d^2), 1): (5.2), without a cone, attenuation included and the product clamped.
 // Where the sum is below 1 it is brighter than spotPower() times artistAttenuation(). All coefficients 0: 1 wherever
-// the spot shines at all.
+// the spot's share is above 1e-30.
 FORMULA_FN Real spotClampedProduct(Vec3 fromLight, Vec3 axis, Real exponent, Real meters, Vec3 k) {
     Real spot = spotPower(fromLight, axis, exponent);
-    if (!(spot > REAL(0.0))) return REAL(0.0);
+    // Below this it is about to leave the range of float, and only a light without attenuation would still show it.
+    if (!(spot > REAL(1.0e-30))) return REAL(0.0);
     Real sum = attenuationPolynomial(meters, k);
     if (!(sum > spot)) return REAL(1.0);
     return spot / sum;

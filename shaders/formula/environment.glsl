@@ -23,7 +23,8 @@ FORMULA_FN Vec3 directionFromLatLong(Vec2 place) {
 // cosines, written as a product that keeps its digits at the poles.
 FORMULA_FN Real latLongTexelSolidAngle(int row, int columns, int rows) {
     Real step = kPi / Real(rows);
-    return REAL(4.0) * kPi / Real(columns) * sin((Real(row) + REAL(0.5)) * step) * sin(REAL(0.5) * step);
+    int fromPole = min(row, rows - 1 - row);
+    return REAL(4.0) * kPi / Real(columns) * sin((Real(fromPole) + REAL(0.5)) * step) * sin(REAL(0.5) * step);
 }
 
 // The face of a cube map, in OpenGL's order: 0 +X, 1 -X, 2 +Y, 3 -Y, 4 +Z, 5 -Z (OpenGL 4.5, table 8.19). On an edge the

@@ -24,4 +24,4 @@ FORMULA_FN Real fogSquaredExponential(Real meters, Real density) {
 }
 
 // c' = f c + (1 - f) n, n being the fog's own colour.
-FORMULA_FN Vec3 fogMixed(Vec3 colour, Vec3 fog, Real share) { return fog + (colour - fog) * share; }
+FORMULA_FN Vec3 fogMixed(Vec3 colour, Vec3 fog, Real share) { return colour * share + fog * (REAL(1.0) - share); }

@@ -37,9 +37,8 @@ FORMULA_FN Real schlickPower(Real cosine, Real sineSquared, Real exponent) {
 // Schlick's substitute of the half angle, gated by n.l > 0 as (5.11) is; 0 where light and eye are exactly opposite.
 FORMULA_FN Real schlickHighlight(Vec3 normal, Vec3 toLight, Vec3 toEye, Real shininess) {
     if (!(dot(normal, toLight) > REAL(0.0))) return REAL(0.0);
-    Vec3 sum = toLight + toEye;
-    if (!(lengthSquared(sum) > REAL(0.0))) return REAL(0.0);
-    Vec3 halfway = normalizeOr(sum, normal);
+    Vec3 halfway = normalizeOr(toLight + toEye, Vec3(REAL(0.0)));
+    if (!(lengthSquared(halfway) > REAL(0.0))) return REAL(0.0);
     return schlickPower(dot(normal, halfway), lengthSquared(cross(normal, halfway)), shininess);
 }
 

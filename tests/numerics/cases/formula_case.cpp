@@ -32,14 +32,8 @@ Result call(const Input& in) {
     return function(Result(in[0]), in[0].w, Result(in[1]), in[1].w, Result(in[2]), in[2].w, Result(in[3]), in[3].w);
 }
 
-// One rounding of float, up or down, in each number of the inputs; the signs are the bits of `signs`.
-ExactInput nudged(const FormulaInput& input, uint32_t signs) {
-    ExactInput moved;
-    for (int i = 0; i < 16; ++i) {
-        const double value = input[static_cast<size_t>(i / 4)][i % 4];
-        moved[static_cast<size_t>(i / 4)][i % 4] = value * (1 + ((signs >> i & 1) != 0 ? 0x1p-24 : -0x1p-24));
-    }
-    return moved;
+ExactInput exactly(const FormulaInput& input) {
+    return {glm::dvec4(input[0]), glm::dvec4(input[1]), glm::dvec4(input[2]), glm::dvec4(input[3])};
 }
 
 bool isFinite(glm::dvec3 v) {
@@ -68,44 +62,60 @@ double formulaError(const FormulaCase& formula, glm::dvec3 result, glm::dvec3 ex
     double worst = 0;
     for (int i = 0; i < 3; ++i) {
         const double difference = std::abs(result[i] - expected[i]);
-        // Below 1e-36 floats are denormal, or nearly so.
-        const double scale = std::max({std::abs(expected[i]), formula.range / 10, 1e-36});
-        worst = std::max(worst, difference / scale);
+        // Denormal floats may count as 0 (GLSL 4.50, 4.7.1).
+        if (difference < 2e-38) continue;
+        worst = std::max(worst, difference / std::max(std::abs(expected[i]), formula.range / 10));
     }
     return worst;
 }
 
-JudgedPoint judge(const FormulaCase& formula, const FormulaInput& input) {
-    JudgedPoint point;
-    point.exact = formula.exact({glm::dvec4(input[0]), glm::dvec4(input[1]), glm::dvec4(input[2]), glm::dvec4(input[3])});
-    point.condition = 1;
-    // Both signs of one pattern move across a jump on either side; three patterns that differ within each vector.
-    for (const uint32_t signs : {0x1353u, 0x6ca6u, 0x953cu, 0xecacu, 0x9359u, 0x6ac3u}) {
-        const glm::dvec3 moved = formula.exact(nudged(input, signs));
-        point.condition = std::max(point.condition, formulaError(formula, moved, point.exact) / 0x1p-24);
+double conditionOf(const FormulaCase& formula, const FormulaInput& input) {
+    constexpr double kRounding = 0x1p-24;
+    const ExactInput unmoved = exactly(input);
+    const glm::dvec3 exact = formula.exact(unmoved);
+    const auto moved = [&](const ExactInput& to) { return formulaError(formula, formula.exact(to), exact) / kRounding; };
+    // What each number alone changes, at worst all in one direction.
+    double sum = 0;
+    for (size_t vector = 0; vector < 4; ++vector)
+        for (int k = 0; k < 4; ++k) {
+            ExactInput to = unmoved;
+            to[vector][k] *= 1 + kRounding;
+            sum += moved(to);
+        }
+    // A jump may lie on the other side, or where several numbers move together; each pattern of signs both ways, and
+    // twice as far.
+    for (const uint32_t signs : {0x1353u, 0x6ca6u, 0x953cu}) {
+        for (const double step : {2 * kRounding, -2 * kRounding}) {
+            ExactInput to = unmoved;
+            for (uint32_t i = 0; i < 16; ++i)
+                to[i / 4][static_cast<int>(i % 4)] *= 1 + ((signs >> i & 1) != 0 ? step : -step);
+            sum = std::max(sum, moved(to) / 2);
+        }
     }
-    return point;
+    return std::max(1.0, sum);
 }
 
-void FormulaWorst::add(const FormulaCase& formula, const FormulaInput& input, const JudgedPoint& point,
-                       glm::dvec3 result, glm::dvec3 expected) {
+void FormulaWorst::add(const FormulaCase& formula, const FormulaInput& input, glm::dvec3 result, glm::dvec3 expected) {
     if (!isFinite(result) || !isFinite(expected)) {
         if (notFinite++ == 0) at = input;
         return;
     }
+    // The condition is at least 1 and costs twenty evaluations: it is asked for only where it can matter.
     const double difference = formulaError(formula, result, expected);
-    const double share = difference / (0x1p-24 * point.condition);
+    if (!(difference > error) && !(difference > roundings * 0x1p-24)) return;
+    const double condition = conditionOf(formula, input);
+    const double share = difference / (0x1p-24 * condition);
     if (share > roundings) {
         roundings = share;
         roundingsAt = input;
     }
-    if (point.condition > kWellConditioned) return;
-    ++judged;
-    if (difference > error) {
+    if (condition <= kWellConditioned && difference > error) {
         error = difference;
         if (notFinite == 0) at = input;
     }
 }
+
+glm::dvec3 exactResult(const FormulaCase& formula, const FormulaInput& input) { return formula.exact(exactly(input)); }
 
 std::string describe(const FormulaInput& input) {
     std::string text;

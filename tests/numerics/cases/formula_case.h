@@ -33,18 +33,17 @@ const std::vector<FormulaCase>& formulaCases();
 // The extremes of the domain first, then points of a fixed sequence up to `count`, all finite.
 std::vector<FormulaInput> formulaPoints(FormulaDomain domain, size_t count);
 
-// A point at which a formula is judged: what double says, and by how much that moves when the inputs move by one
-// rounding each. No way of computing in float can be better than `condition` roundings.
-struct JudgedPoint {
-    glm::dvec3 exact;
-    double condition;  // in units of 2^-24 of max(|exact|, range / 10), at least 1; huge where the formula jumps
-};
-JudgedPoint judge(const FormulaCase& formula, const FormulaInput& input);
+glm::dvec3 exactResult(const FormulaCase& formula, const FormulaInput& input);
 
 // The largest error of `result` against `expected`, in that same measure (not in units of 2^-24).
 double formulaError(const FormulaCase& formula, glm::dvec3 result, glm::dvec3 expected);
 
-// Below this condition a point counts as well conditioned.
+// By how much the result moves, in that measure and in units of 2^-24, when every number of the input moves by one
+// rounding of float: at least 1, huge where the formula jumps. No way of computing in float can do better than this many
+// roundings.
+double conditionOf(const FormulaCase& formula, const FormulaInput& input);
+
+// Up to this condition a point counts as well conditioned.
 constexpr double kWellConditioned = 20.0;
 
 // The worst of many points.
@@ -53,11 +52,9 @@ struct FormulaWorst {
     FormulaInput at{};     // where that is
     double roundings = 0;  // of all points, error / (2^-24 condition)
     FormulaInput roundingsAt{};
-    size_t judged = 0;     // well-conditioned points
     size_t notFinite = 0;
 
-    void add(const FormulaCase& formula, const FormulaInput& input, const JudgedPoint& point, glm::dvec3 result,
-             glm::dvec3 expected);
+    void add(const FormulaCase& formula, const FormulaInput& input, glm::dvec3 result, glm::dvec3 expected);
 };
 
 std::string describe(const FormulaInput& input);

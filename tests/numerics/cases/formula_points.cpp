@@ -9,7 +9,8 @@ namespace umbriel::numerics {
 namespace {
 
 constexpr float kUlpBelowOne = 1.0f - 0x1p-24f;
-constexpr float kTiny = std::numeric_limits<float>::min();
+// Far below a rounding of 1, and still far from where the squares of what is left underflow everything.
+constexpr float kTiny = 1e-30f;
 constexpr std::array kCosines{0.0f, 1e-8f, 1e-4f, 0.5f, kUlpBelowOne, 1.0f};
 constexpr std::array kExponents{0.0f, 1e-3f, 1.0f, 1e3f, 1e4f, 1e6f};
 constexpr std::array kRoughnesses{0.0f, 1e-4f, 0.045f, 0.5f, kUlpBelowOne, 1.0f};
@@ -107,7 +108,7 @@ void addFogs(std::vector<FormulaInput>& points, size_t count) {
         for (const float density : {0.0f, 1e-30f, 1e-3f, 1.0f, 1e6f})
             for (const glm::vec2 ends : {glm::vec2(0, 0), glm::vec2(0, 1), glm::vec2(1, 1), glm::vec2(0, 1e19f)})
                 points.push_back({glm::vec4(1e30f, 1e-30f, 0, d), glm::vec4(0, 1e30f, 1e-30f, density),
-                                  glm::vec4(ends, 0, 0), glm::vec4(0)});
+                                  glm::vec4(ends, 0, density > 0 ? 1 : 0), glm::vec4(0)});
     Sequence sequence(103);
     while (points.size() < count) {
         const float d = std::exp2(sequence.between(-10.0f, 20.0f));
@@ -115,7 +116,7 @@ void addFogs(std::vector<FormulaInput>& points, size_t count) {
         const float start = d * sequence.between(0.0f, 2.0f);
         const glm::vec3 colour = radiance(sequence);
         points.push_back({glm::vec4(colour, d), glm::vec4(radiance(sequence), density),
-                          glm::vec4(start, start + d * sequence.between(0.0f, 2.0f), 0, 0), glm::vec4(0)});
+                          glm::vec4(start, start + d * sequence.between(0.0f, 2.0f), 0, sequence.unit()), glm::vec4(0)});
     }
 }
 
@@ -125,8 +126,8 @@ void addDirections(std::vector<FormulaInput>& points, size_t count) {
             for (const float z : {-1.0f, 0.0f, 1.0f})
                 for (const float scale : {1.0f, 1e-18f, 1e18f}) {
                     const glm::vec3 v(x, y, z);
-                    const float length = glm::length(v);
-                    points.push_back({glm::vec4(v * scale, x * x), glm::vec4(length > 0 ? v / length : v, y * y),
+                    const float length = std::max({std::abs(x), std::abs(y), std::abs(z)}) < 0.5f ? 0 : glm::length(v);
+                    points.push_back({glm::vec4(v * scale, x * x), glm::vec4(length > 0 ? v / length : glm::vec3(0), y * y),
                                       glm::vec4(0, 0, 0, scale > 1 ? 4096.5f : 1.5f), glm::vec4(0, 0, 0, 2.5f)});
                 }
     Sequence sequence(104);
