@@ -21,19 +21,34 @@ FORMULA_FN TorranceSparrow torranceSparrowFrom(MetallicRoughness material) {
     return t;
 }
 
-// 1 - (1 - cos / 2)^5: how much of a direction reaches the base.
-FORMULA_FN Real baseShare(Real cosine) {
-    Real x = REAL(1.0) - REAL(0.5) * saturate(cosine);
-    Real xx = x * x;
-    return REAL(1.0) - xx * xx * x;
+// An upper bound of what a GGX coat of f0 = 0 gives back of an even light, seen under a cosine: the integral of
+// D V (1 - v.h)^5 n.l, ours, fitted as k ((1 - t) x^5 + t x^3.5) with x = 1 - cosine. It is nowhere more than 1e-3 below
+// the integral, and above it by 0.18 at most (near grazing); tests/numerics holds it to that. A coat of any f0 gives back at most
+// f0 + (1 - f0) times this.
+FORMULA_FN Real coatShare(Real cosine, Real roughness) {
+    Real r = clamp(roughness, kMinRoughness, REAL(1.0));
+    Real alpha = r * r;
+    Real x = saturate(REAL(1.0) - cosine);
+    Real cubed = x * x * x;
+    Real shape = mix(cubed * x * x, cubed * sqrt(x), min(r / REAL(0.3), REAL(1.0)));
+    return shape / (REAL(1.0) + alpha * (REAL(6.5) + REAL(12.0) * alpha));
 }
 
-// 28 / (23 pi) d (1 - f0) (1 - (1 - n.l / 2)^5) (1 - (1 - n.v / 2)^5) in 1/sr, the base below a coat of Schlick's Fresnel
-// (Ashikhmin & Shirley 2000, "An anisotropic Phong BRDF model", eq. 5; 28/23 makes the integral over one direction
-// d (1 - f0)). Reciprocal; no more comes back than the coat leaves.
-FORMULA_FN Vec3 coupledDiffuseBrdf(Vec3 diffuse, Vec3 reflectance, Real cosLight, Real cosEye) {
-    return diffuse * (Vec3(REAL(1.0)) - reflectance) *
-           (REAL(28.0) / REAL(23.0) * kInversePi * baseShare(cosLight) * baseShare(cosEye));
+// Its mean over the hemisphere, weighted with 2 cosine: that of x^n is 2 / ((n + 1) (n + 2)).
+FORMULA_FN Real coatShareMean(Real roughness) {
+    Real r = clamp(roughness, kMinRoughness, REAL(1.0));
+    Real alpha = r * r;
+    Real shape = mix(REAL(1.0) / REAL(21.0), REAL(8.0) / REAL(99.0), min(r / REAL(0.3), REAL(1.0)));
+    return shape / (REAL(1.0) + alpha * (REAL(6.5) + REAL(12.0) * alpha));
+}
+
+// d (1 - f0) (1 - C(n.l)) (1 - C(n.v)) / (pi (1 - mean C)) in 1/sr, the base below a coat whose share is C (albedo
+// scaling: Kelemen & Szirmay-Kalos 2001, "A microfacet based coupled specular-matte BRDF model"). Reciprocal. Over all
+// lights it comes to d (1 - f0) (1 - C(n.v)): what the coat has left, times d.
+FORMULA_FN Vec3 coupledDiffuseBrdf(Vec3 diffuse, Vec3 reflectance, Real roughness, Real cosLight, Real cosEye) {
+    Real left = (REAL(1.0) - coatShare(cosLight, roughness)) * (REAL(1.0) - coatShare(cosEye, roughness)) /
+                (REAL(1.0) - coatShareMean(roughness));
+    return diffuse * (Vec3(REAL(1.0)) - reflectance) * (left * kInversePi);
 }
 
 // Radiance towards the eye per irradiance on a surface that faces the light, 1/sr: BRDF times n.l. 0 when the light or
@@ -47,5 +62,6 @@ FORMULA_FN Vec3 torranceSparrowReflect(TorranceSparrow material, Vec3 normal, Ve
     Vec3 fresnel = fresnelSchlick(material.reflectance, dot(toEye, halfway));
     Real distribution = ggxDistribution(dot(normal, halfway), lengthSquared(cross(normal, halfway)), alpha);
     Vec3 facets = fresnel * (distribution * ggxVisibility(cosLight, cosEye, alpha));
-    return (facets + coupledDiffuseBrdf(material.diffuse, material.reflectance, cosLight, cosEye)) * cosLight;
+    Vec3 base = coupledDiffuseBrdf(material.diffuse, material.reflectance, material.roughness, cosLight, cosEye);
+    return (facets + base) * cosLight;
 }

@@ -160,7 +160,7 @@ TEST(FormulaReflectionValues, LafortuneLobesPointWhereTheirAxesSay) {
     EXPECT_EQ(local, dvec3(2, -1, 3));
 }
 
-// With l = v = n: D V = 1 / (4 pi alpha^2), and the base sees (1 - (1/2)^5)^2.
+// With l = v = n: D V = 1 / (4 pi alpha^2), and the coat takes nothing but f0 from the base.
 TEST(FormulaReflectionValues, TorranceSparrowStraightOnHasItsClosedForm) {
     f::TorranceSparrow m;
     m.diffuse = dvec3(0.5);
@@ -168,13 +168,13 @@ TEST(FormulaReflectionValues, TorranceSparrowStraightOnHasItsClosedForm) {
     m.roughness = 0.5;
     const double alpha = 0.25;
     EXPECT_NEAR(f::torranceSparrowReflect(m, kUp, kUp, kUp).x,
-                0.04 / (4 * kPi * alpha * alpha) +
-                    0.5 * 0.96 * 28 / (23 * kPi) * (1 - std::pow(0.5, 5)) * (1 - std::pow(0.5, 5)),
-                1e-15);
+                0.04 / (4 * kPi * alpha * alpha) + 0.5 * 0.96 / (kPi * (1 - f::coatShareMean(0.5))), 1e-15);
+    EXPECT_NEAR(f::coatShareMean(0.5), 8.0 / 99 / (1 + 0.25 * (6.5 + 12 * 0.25)), 1e-15);
     EXPECT_EQ(f::torranceSparrowReflect(m, kUp, at(91), kUp).x, 0);
     EXPECT_EQ(f::torranceSparrowReflect(m, kUp, kUp, at(91)).x, 0);
-    EXPECT_EQ(f::baseShare(0), 0) << "grazing light never reaches the base";
-    EXPECT_DOUBLE_EQ(f::baseShare(1), 31.0 / 32);
+    EXPECT_EQ(f::coatShare(1, 0.5), 0);
+    EXPECT_NEAR(f::coatShare(0, 0), 1, 0.02) << "at grazing a smooth coat takes nearly all";
+    EXPECT_NEAR(f::coatShare(0.5, 0), std::pow(0.5, 5), 0.01) << "a mirror's Fresnel term";
 }
 
 TEST(FormulaReflectionValues, TorranceSparrowOfAMetalIsThatOfGltf) {
