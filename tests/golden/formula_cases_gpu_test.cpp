@@ -22,8 +22,7 @@ using numerics::FormulaInput;
 
 constexpr size_t kPoints = 100000;
 
-class FormulaCasesGpu : public GlTest, public ::testing::WithParamInterface<FormulaDomain> {
-};
+class FormulaCasesGpu : public GlTest, public ::testing::WithParamInterface<FormulaDomain> {};
 
 TEST_P(FormulaCasesGpu, AreTheSameAsInCpp) {
     const std::vector<FormulaInput> points = numerics::formulaPoints(GetParam(), kPoints);
@@ -33,10 +32,9 @@ TEST_P(FormulaCasesGpu, AreTheSameAsInCpp) {
         SCOPED_TRACE(formula.name);
         const auto drawn = require(drawFormula(formula, points));
         numerics::FormulaWorst worst;
-        for (size_t i = 0; i < points.size(); ++i)
-            worst.add(formula, points[i], drawn[i], formula.single(points[i]));
+        for (size_t i = 0; i < points.size(); ++i) worst.add(formula, points[i], drawn[i], formula.single(points[i]));
         EXPECT_EQ(worst.notFinite, 0u) << numerics::describe(worst.at);
-        EXPECT_LE(worst.error, 1e-5) << numerics::describe(worst.at);
+        EXPECT_LE(worst.error, numerics::kFormulaTolerance) << numerics::describe(worst.at);
         // What a driver may add: 2.5 units in the last place for each division, exp and log of its own, sums in its own
         // order. The most is srgbFromLinear with 12, exp and log of llvmpipe.
         EXPECT_LE(worst.roundings, 16) << numerics::describe(worst.roundingsAt);
@@ -78,8 +76,7 @@ TEST_F(FormulaCube, PlacesAreThoseThatTheDriverSamples) {
          "layout(std430, binding = 1) writeonly buffer Results { vec4 results[]; };\n"
          "void main() { uint i = gl_GlobalInvocationID.x; results[i] = textureLod(cube, inputs[i].xyz, 0.0); }\n"}};
     const auto source = require(composeShader(files, "cube.comp.glsl"));
-    const auto program =
-        require(Program::link(std::array{ShaderStage{GL_COMPUTE_SHADER, "cube.comp.glsl", source}}));
+    const auto program = require(Program::link(std::array{ShaderStage{GL_COMPUTE_SHADER, "cube.comp.glsl", source}}));
     numerics::Sequence sequence(51);
     std::vector<glm::vec4> directions(kCount);
     for (glm::vec4& d : directions) d = glm::vec4(sequence.direction(), 0);

@@ -18,7 +18,7 @@ TEST(FormulaCases, EveryFormulaIsFiniteAndFollowsDouble) {
         for (const FormulaInput& input : formulaPoints(formula.domain, kPoints))
             worst.add(formula, input, formula.single(input), exactResult(formula, input));
         EXPECT_EQ(worst.notFinite, 0u) << describe(worst.at);
-        EXPECT_LE(worst.error, 1e-5) << describe(worst.at);
+        EXPECT_LE(worst.error, kFormulaTolerance) << describe(worst.at);
         // directionFromLatLong has most, 24: the sine near a multiple of pi, whose argument took three roundings.
         EXPECT_LE(worst.roundings, 32) << describe(worst.roundingsAt);
         RecordProperty(formula.name, fmt::format("{:.1e}, {:.1f} roundings", worst.error, worst.roundings));

@@ -64,15 +64,14 @@ TEST(FormulaConserving, TorranceSparrowNeverGivesBackMoreThanItGets) {
 }
 
 // A smooth white dielectric of glTF's mix at 87 degrees gives back 1.72, and that is glTF's own doing. Integrated here
-// from the text of appendix B alone, in the limit of a mirror: the coat gives back F(n.v), the base 1 - F(v.h) for every
-// light, where h is far from grazing for most of them.
+// from the text of appendix B alone, in the limit of a mirror: the coat gives back F(n.v), the base 1 - F(v.h) for
+// every light, where h is far from grazing for most of them.
 TEST(FormulaConserving, GltfsMixGivesBackTooMuchByItsOwnFormula) {
     const double cosEye = 0.05;
     const dvec3 eye = spherical(cosEye, 0);
     const auto fresnel = [](double cosine) { return 0.04 + 0.96 * std::pow(1 - cosine, 5); };
-    const double base = furnaceOverLights([&](dvec3 l) {
-        return (1 - fresnel(glm::dot(eye, glm::normalize(l + eye)))) * std::numbers::inv_pi;
-    });
+    const double base = furnaceOverLights(
+        [&](dvec3 l) { return (1 - fresnel(glm::dot(eye, glm::normalize(l + eye)))) * std::numbers::inv_pi; });
     const double byTheText = fresnel(cosEye) + base;
     EXPECT_NEAR(byTheText, 1.72, 0.03);
 
@@ -127,9 +126,9 @@ TEST(FormulaConserving, MirroringLafortuneLobeGivesBackNoMore) {
 // The others claim nothing, and this is why.
 TEST(FormulaConserving, PhongsOwnBrdfGivesBackMoreThanItGets) {
     const dvec3 eye = spherical(0.1, 0);
-    const double back = furnaceOverCosineLobe(
-        [&](dvec3 l) { return f::nonReciprocalPhongReflect(dvec3(1), 1, kUp, l, eye).x; }, f::mirrorDirection(kUp, eye),
-        1);
+    const double back =
+        furnaceOverCosineLobe([&](dvec3 l) { return f::nonReciprocalPhongReflect(dvec3(1), 1, kUp, l, eye).x; },
+                              f::mirrorDirection(kUp, eye), 1);
     EXPECT_GT(back, 1.5);
 }
 
@@ -155,16 +154,14 @@ TEST(FormulaConserving, LightAndEyeMayBeExchanged) {
         m.diffuse = dvec3(p.colour);
         m.reflectance = dvec3(p.metallic);
         m.roughness = p.roughness;
-        torranceSparrow = std::max(torranceSparrow,
-                                   roundings(f::torranceSparrowReflect(m, n, l, v).x / cosLight,
-                                             f::torranceSparrowReflect(m, n, v, l).x / cosEye,
-                                             sensitivity(p, f::alphaFromRoughness(p.roughness))));
+        torranceSparrow = std::max(torranceSparrow, roundings(f::torranceSparrowReflect(m, n, l, v).x / cosLight,
+                                                              f::torranceSparrowReflect(m, n, v, l).x / cosEye,
+                                                              sensitivity(p, f::alphaFromRoughness(p.roughness))));
         const double exponent = std::min(p.shininess, 200.0f);
         const double there = f::normalisedPhongReflect(dvec3(1), exponent, n, l, v).x / cosLight;
         if (there > 1e-30)
-            phong = std::max(phong,
-                             roundings(there, f::normalisedPhongReflect(dvec3(1), exponent, n, v, l).x / cosEye,
-                                       powerUnit(there * 2 * std::numbers::pi / (exponent + 2), exponent)));
+            phong = std::max(phong, roundings(there, f::normalisedPhongReflect(dvec3(1), exponent, n, v, l).x / cosEye,
+                                              powerUnit(there * 2 * std::numbers::pi / (exponent + 2), exponent)));
         f::LafortuneLobe lobe;
         lobe.albedo = dvec3(1);
         lobe.axes = dvec3(-0.9, -1.1, 0.8);

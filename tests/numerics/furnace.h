@@ -6,8 +6,8 @@
 
 #include "common/math/glm.h"
 
-// The white furnace: how much of an even light of radiance 1 comes back, as integrals in double over one hemisphere. The
-// normal is +z.
+// The white furnace: how much of an even light of radiance 1 comes back, as integrals in double over one hemisphere.
+// The normal is +z.
 namespace umbriel::numerics {
 
 constexpr int kFurnaceRings = 400;
@@ -62,8 +62,8 @@ double furnaceOverLights(const Reflect& reflect) {
     double sum = 0;
     for (int i = 0; i < kFurnaceRings; ++i)
         for (int k = 0; k < kFurnaceSectors; ++k)
-            sum += reflect(spherical(std::sqrt((i + 0.5) / kFurnaceRings),
-                                     2 * std::numbers::pi * (k + 0.5) / kFurnaceSectors));
+            sum += reflect(
+                spherical(std::sqrt((i + 0.5) / kFurnaceRings), 2 * std::numbers::pi * (k + 0.5) / kFurnaceSectors));
     return sum * std::numbers::pi / (kFurnaceRings * kFurnaceSectors);
 }
 

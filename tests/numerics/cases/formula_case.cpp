@@ -44,13 +44,13 @@ bool isFinite(glm::dvec3 v) {
 
 const std::vector<FormulaCase>& formulaCases() {
     static const std::vector<FormulaCase> cases{
-#define FORMULA_CASE(name, file, domain, range, ...)                                              \
-    FormulaCase{#name,                                                                            \
-                "formula/" file ".glsl",                                                          \
-                FormulaDomain::domain,                                                            \
-                range,                                                                            \
-                #__VA_ARGS__,                                                                     \
-                call<formula_f32::name##Case, glm::vec3, FormulaInput>,                           \
+#define FORMULA_CASE(name, file, domain, range, ...)                    \
+    FormulaCase{#name,                                                  \
+                "formula/" file ".glsl",                                \
+                FormulaDomain::domain,                                  \
+                range,                                                  \
+                #__VA_ARGS__,                                           \
+                call<formula_f32::name##Case, glm::vec3, FormulaInput>, \
                 call<formula_f64::name##Case, glm::dvec3, ExactInput>},
 #include "tests/numerics/cases/formula_bodies.inc"
 #undef FORMULA_CASE
@@ -73,7 +73,9 @@ double conditionOf(const FormulaCase& formula, const FormulaInput& input) {
     constexpr double kRounding = 0x1p-24;
     const ExactInput unmoved = exactly(input);
     const glm::dvec3 exact = formula.exact(unmoved);
-    const auto moved = [&](const ExactInput& to) { return formulaError(formula, formula.exact(to), exact) / kRounding; };
+    const auto moved = [&](const ExactInput& to) {
+        return formulaError(formula, formula.exact(to), exact) / kRounding;
+    };
     // What each number alone changes, at worst all in one direction.
     double sum = 0;
     for (size_t vector = 0; vector < 4; ++vector)
@@ -102,6 +104,7 @@ void FormulaWorst::add(const FormulaCase& formula, const FormulaInput& input, gl
     }
     // The condition is at least 1 and costs twenty evaluations: it is asked for only where it can matter.
     const double difference = formulaError(formula, result, expected);
+    beyond += difference > kFormulaTolerance;
     if (!(difference > error) && !(difference > roundings * 0x1p-24)) return;
     const double condition = conditionOf(formula, input);
     const double share = difference / (0x1p-24 * condition);
@@ -115,7 +118,9 @@ void FormulaWorst::add(const FormulaCase& formula, const FormulaInput& input, gl
     }
 }
 
-glm::dvec3 exactResult(const FormulaCase& formula, const FormulaInput& input) { return formula.exact(exactly(input)); }
+glm::dvec3 exactResult(const FormulaCase& formula, const FormulaInput& input) {
+    return formula.exact(exactly(input));
+}
 
 std::string describe(const FormulaInput& input) {
     std::string text;

@@ -39,12 +39,15 @@ glm::dvec3 exactResult(const FormulaCase& formula, const FormulaInput& input);
 double formulaError(const FormulaCase& formula, glm::dvec3 result, glm::dvec3 expected);
 
 // By how much the result moves, in that measure and in units of 2^-24, when every number of the input moves by one
-// rounding of float: at least 1, huge where the formula jumps. No way of computing in float can do better than this many
-// roundings.
+// rounding of float: at least 1, huge where the formula jumps. No way of computing in float can do better than this
+// many roundings.
 double conditionOf(const FormulaCase& formula, const FormulaInput& input);
 
 // Up to this condition a point counts as well conditioned.
 constexpr double kWellConditioned = 20.0;
+
+// Well-conditioned points stay below this error: 1e-5 of the result, or 1e-6 of the range.
+constexpr double kFormulaTolerance = 1e-5;
 
 // The worst of many points.
 struct FormulaWorst {
@@ -52,6 +55,7 @@ struct FormulaWorst {
     FormulaInput at{};     // where that is
     double roundings = 0;  // of all points, error / (2^-24 condition)
     FormulaInput roundingsAt{};
+    size_t beyond = 0;  // points, well conditioned or not, with an error above kFormulaTolerance
     size_t notFinite = 0;
 
     void add(const FormulaCase& formula, const FormulaInput& input, glm::dvec3 result, glm::dvec3 expected);

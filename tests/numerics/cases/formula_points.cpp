@@ -67,10 +67,10 @@ glm::vec3 coefficients(Sequence& sequence) {
 void addDistances(std::vector<FormulaInput>& points, size_t count) {
     for (const float d : kDistances)
         for (const float other : kDistances)
-            for (const glm::vec3 k : {glm::vec3(0), glm::vec3(1, 0, 0), glm::vec3(0, 1, 0), glm::vec3(0, 0, 1),
-                                      glm::vec3(0, 0, 1e-30f)})
-                points.push_back({glm::vec4(d, 0, other == d ? d : 0, d), glm::vec4(k, other), glm::vec4(0, 0, 0, other),
-                                  glm::vec4(0)});
+            for (const glm::vec3 k :
+                 {glm::vec3(0), glm::vec3(1, 0, 0), glm::vec3(0, 1, 0), glm::vec3(0, 0, 1), glm::vec3(0, 0, 1e-30f)})
+                points.push_back({glm::vec4(d, 0, other == d ? d : 0, d), glm::vec4(k, other),
+                                  glm::vec4(0, 0, 0, other), glm::vec4(0)});
     Sequence sequence(101);
     while (points.size() < count) {
         const float d = std::exp2(sequence.between(-20.0f, 63.0f));
@@ -116,7 +116,8 @@ void addFogs(std::vector<FormulaInput>& points, size_t count) {
         const float start = d * sequence.between(0.0f, 2.0f);
         const glm::vec3 colour = radiance(sequence);
         points.push_back({glm::vec4(colour, d), glm::vec4(radiance(sequence), density),
-                          glm::vec4(start, start + d * sequence.between(0.0f, 2.0f), 0, sequence.unit()), glm::vec4(0)});
+                          glm::vec4(start, start + d * sequence.between(0.0f, 2.0f), 0, sequence.unit()),
+                          glm::vec4(0)});
     }
 }
 
@@ -127,7 +128,8 @@ void addDirections(std::vector<FormulaInput>& points, size_t count) {
                 for (const float scale : {1.0f, 1e-18f, 1e18f}) {
                     const glm::vec3 v(x, y, z);
                     const float length = std::max({std::abs(x), std::abs(y), std::abs(z)}) < 0.5f ? 0 : glm::length(v);
-                    points.push_back({glm::vec4(v * scale, x * x), glm::vec4(length > 0 ? v / length : glm::vec3(0), y * y),
+                    points.push_back({glm::vec4(v * scale, x * x),
+                                      glm::vec4(length > 0 ? v / length : glm::vec3(0), y * y),
                                       glm::vec4(0, 0, 0, scale > 1 ? 4096.5f : 1.5f), glm::vec4(0, 0, 0, 2.5f)});
                 }
     Sequence sequence(104);
@@ -177,12 +179,24 @@ std::vector<FormulaInput> formulaPoints(FormulaDomain domain, size_t count) {
                     reflection(p.normal, p.toLight, p.toEye, p.colour, p.metallic, p.roughness, p.shininess));
             break;
         }
-        case FormulaDomain::Distance: addDistances(points, count); break;
-        case FormulaDomain::Spot: addSpots(points, count); break;
-        case FormulaDomain::Fog: addFogs(points, count); break;
-        case FormulaDomain::Direction: addDirections(points, count); break;
-        case FormulaDomain::Unit: addUnits(points, count); break;
-        case FormulaDomain::Frame: addFrames(points, count); break;
+        case FormulaDomain::Distance:
+            addDistances(points, count);
+            break;
+        case FormulaDomain::Spot:
+            addSpots(points, count);
+            break;
+        case FormulaDomain::Fog:
+            addFogs(points, count);
+            break;
+        case FormulaDomain::Direction:
+            addDirections(points, count);
+            break;
+        case FormulaDomain::Unit:
+            addUnits(points, count);
+            break;
+        case FormulaDomain::Frame:
+            addFrames(points, count);
+            break;
     }
     return points;
 }

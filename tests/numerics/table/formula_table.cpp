@@ -7,9 +7,9 @@
 #include "tests/numerics/cases/formula_case.h"
 #include "tests/numerics/cases/formula_gpu.h"
 
-// formula_table [points per formula, 100000]: how far float is from double and GLSL from float C++, for every formula of
-// shaders/formula, as a Markdown table. docs/illumination.md says what the columns mean. Without OpenGL the GLSL columns
-// are left empty.
+// formula_table [points per formula, 100000]: how far float is from double and GLSL from float C++, for every formula
+// of shaders/formula, as a Markdown table. docs/illumination.md says what the columns mean. Without OpenGL the GLSL
+// columns are left empty.
 namespace {
 
 using umbriel::numerics::describe;
@@ -19,9 +19,10 @@ using umbriel::numerics::FormulaWorst;
 // Every how many points the share of well-conditioned ones is counted.
 constexpr size_t kSampled = 50;
 
-std::string cell(const FormulaWorst& worst) {
-    if (worst.notFinite > 0) return fmt::format("{} NOT FINITE", worst.notFinite);
-    return fmt::format("{:.1e} | {:.1f}", worst.error, worst.roundings);
+std::string cells(const FormulaWorst& worst, size_t points) {
+    if (worst.notFinite > 0) return fmt::format("{} NOT FINITE | |", worst.notFinite);
+    return fmt::format("{:.1e} | {:.1f} | {:.2f} %", worst.error, worst.roundings,
+                       100.0 * static_cast<double>(worst.beyond) / static_cast<double>(points));
 }
 
 }  // namespace
@@ -34,8 +35,9 @@ int main(int argc, char** argv) {
     }
     const auto context = umbriel::gl::HeadlessContext::create();
     if (!context) fmt::print(stderr, "no OpenGL, so no GLSL columns: {}\n", context.error().message);
-    fmt::print("| formula | float: error | roundings | GLSL: error | roundings | well conditioned |\n");
-    fmt::print("|---|---|---|---|---|---|\n");
+    fmt::print(
+        "| formula | float: error | roundings | beyond | GLSL: error | roundings | beyond | well conditioned |\n");
+    fmt::print("|---|---|---|---|---|---|---|---|\n");
     std::string places;
     for (const FormulaCase& formula : umbriel::numerics::formulaCases()) {
         const auto points = umbriel::numerics::formulaPoints(formula.domain, count);
@@ -61,13 +63,15 @@ int main(int argc, char** argv) {
             wellConditioned +=
                 umbriel::numerics::conditionOf(formula, points[i]) <= umbriel::numerics::kWellConditioned;
         }
-        fmt::print("| `{}` | {} | {} | {:.1f} % |\n", formula.name, cell(single), context ? cell(gpu) : "|",
+        fmt::print("| `{}` | {} | {} | {:.1f} % |\n", formula.name, cells(single, points.size()),
+                   context ? cells(gpu, points.size()) : "| |",
                    100.0 * static_cast<double>(wellConditioned) / static_cast<double>(sampled));
         places += fmt::format("- `{}`: float {}; roundings {}", formula.name, describe(single.at),
                               describe(single.roundingsAt));
         if (context) places += fmt::format("; GLSL {}; roundings {}", describe(gpu.at), describe(gpu.roundingsAt));
         places += '\n';
     }
-    fmt::print("\nWorst at (a | aw) (b | bw) (c | cw) (d | dw) of tests/numerics/cases/formula_bodies.inc:\n\n{}", places);
+    fmt::print("\nWorst at (a | aw) (b | bw) (c | cw) (d | dw) of tests/numerics/cases/formula_bodies.inc:\n\n{}",
+               places);
     return 0;
 }
