@@ -40,6 +40,7 @@ TEST(FormulaReflectionValues, PhongIsThePowerOfTheMirroredAngle) {
 TEST(FormulaReflectionValues, OnlyTheGateStopsALightBehindTheSurface) {
     EXPECT_NEAR(f::phongHighlight(kUp, at(100), at(-80), 2), cosine(20) * cosine(20), 1e-15);
     EXPECT_EQ(f::phongHighlightGated(kUp, at(100), at(-80), 2), 0);
+    EXPECT_EQ(f::phongHighlightGated(kUp, dvec3(1, 0, 0), at(-80), 2), 0) << "strict: light in the plane of the surface";
     EXPECT_EQ(f::phongHighlightGated(kUp, at(60), at(-40), 2), f::phongHighlight(kUp, at(60), at(-40), 2));
     EXPECT_EQ(f::schlickHighlight(kUp, at(100), at(-80), 2), 0);
 }
@@ -152,6 +153,10 @@ TEST(FormulaReflectionValues, LafortuneLobesPointWhereTheirAxesSay) {
     EXPECT_NEAR(f::lafortuneLobe(retro, kUp, kUp).x, 0.4 * 8, 1e-14) << "sums beyond 1 are allowed";
     EXPECT_EQ(f::lafortuneLobe(retro, at(91), kUp).x, 0);
     EXPECT_EQ(f::lafortuneLobe(retro, kUp, at(91)).x, 0);
+    // Where the sum itself would not say so: a mirroring lobe reaches below the surface.
+    retro.axes = dvec3(-1, -1, 1);
+    EXPECT_EQ(f::lafortuneLobe(retro, at(60), at(-91)).x, 0);
+    EXPECT_EQ(f::lafortuneLobe(retro, at(-91), at(60)).x, 0);
     EXPECT_NEAR(f::unboundedPower(2, 10), 1024, 1e-10);
     EXPECT_NEAR(formula_f32::unboundedPower(2, 1e4f) / 5.54e34f, 1, 1e-3) << "held within float";
     EXPECT_EQ(f::unboundedPower(0, 0), 1);
