@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/math/photometric_web.h"
 #include "shaders/formula_cpp.h"
 #include "tests/numerics/points.h"
 
@@ -150,6 +151,28 @@ TEST(FormulaLightValues, WebPlaceIsBetweenFourEntries) {
     p = f::webPlace(dvec3(-1, 0.5, 0), 1, 2);
     EXPECT_EQ(p.column0, 0);
     EXPECT_EQ(p.column1, 0) << "a rotationally symmetric light has one plane";
+}
+
+// What the importer's own table says, which finds its place by bisection and the library's atan2.
+TEST(FormulaLightValues, WebIsReadAsTheImporterReadsIt) {
+    constexpr int kColumns = 24;
+    constexpr int kRows = 19;
+    numerics::Sequence sequence(24);
+    PhotometricWeb web;
+    for (int j = 0; j < kRows; ++j) web.vertical.push_back(j + 1 == kRows ? kPi : j * kPi / (kRows - 1));
+    for (int i = 0; i <= kColumns; ++i) web.horizontal.push_back(i * 2 * kPi / kColumns);
+    for (int i = 0; i < kColumns * kRows; ++i) web.candela.push_back(1000 * sequence.unit());
+    for (int j = 0; j < kRows; ++j) web.candela.push_back(web.candela[static_cast<size_t>(j)]);
+    const auto entry = [&](int column, int row) -> double {
+        return web.at(static_cast<size_t>(column), static_cast<size_t>(row));
+    };
+    for (int i = 0; i < 20000; ++i) {
+        const dvec3 d(sequence.direction());
+        const f::WebPlace p = f::webPlace(d, kColumns, kRows);
+        ASSERT_NEAR(f::webIntensity(entry(p.column0, p.row0), entry(p.column1, p.row0), entry(p.column0, p.row1),
+                                    entry(p.column1, p.row1), p.across, p.down),
+                    web.intensityTowards(d), 1e-10);
+    }
 }
 
 TEST(FormulaLightValues, WebIndicesStayInsideTheTable) {

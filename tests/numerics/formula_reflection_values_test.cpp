@@ -40,7 +40,8 @@ TEST(FormulaReflectionValues, PhongIsThePowerOfTheMirroredAngle) {
 TEST(FormulaReflectionValues, OnlyTheGateStopsALightBehindTheSurface) {
     EXPECT_NEAR(f::phongHighlight(kUp, at(100), at(-80), 2), cosine(20) * cosine(20), 1e-15);
     EXPECT_EQ(f::phongHighlightGated(kUp, at(100), at(-80), 2), 0);
-    EXPECT_EQ(f::phongHighlightGated(kUp, dvec3(1, 0, 0), at(-80), 2), 0) << "strict: light in the plane of the surface";
+    EXPECT_EQ(f::phongHighlightGated(kUp, dvec3(1, 0, 0), at(-80), 2), 0)
+        << "strict: light in the plane of the surface";
     EXPECT_EQ(f::phongHighlightGated(kUp, at(60), at(-40), 2), f::phongHighlight(kUp, at(60), at(-40), 2));
     EXPECT_EQ(f::schlickHighlight(kUp, at(100), at(-80), 2), 0);
 }
