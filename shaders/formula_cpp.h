@@ -15,6 +15,7 @@
 #define UMBRIEL_FORMULA_BUILT_INS \
     using glm::abs;               \
     using glm::clamp;             \
+    using glm::cos;               \
     using glm::cross;             \
     using glm::dot;               \
     using glm::exp;               \
@@ -22,6 +23,7 @@
     using glm::max;               \
     using glm::min;               \
     using glm::mix;               \
+    using glm::sin;               \
     using glm::sqrt;
 
 // As the render servers compute.

@@ -18,9 +18,8 @@ struct BlinnPhong {
 // the surface.
 FORMULA_FN Real blinnPhongHighlight(Vec3 normal, Vec3 toLight, Vec3 toEye, Real shininess) {
     if (!(dot(normal, toLight) > REAL(0.0))) return REAL(0.0);
-    Vec3 sum = toLight + toEye;
-    if (!(lengthSquared(sum) > REAL(0.0))) return REAL(0.0);
-    Vec3 halfway = normalizeOr(sum, normal);
+    Vec3 halfway = normalizeOr(toLight + toEye, Vec3(REAL(0.0)));
+    if (!(lengthSquared(halfway) > REAL(0.0))) return REAL(0.0);
     return cosinePower(dot(normal, halfway), lengthSquared(cross(normal, halfway)), shininess);
 }
 

@@ -21,6 +21,14 @@ FORMULA_FN Vec3 normalizeOr(Vec3 v, Vec3 fallback) {
     return scaled / sqrt(dot(scaled, scaled));
 }
 
+// |v|, for components of up to 1e19 and down to denormals, whose squares leave the range of float.
+FORMULA_FN Real lengthOf(Vec3 v) {
+    Real largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
+    if (!(largest >= REAL(1.2e-38))) return REAL(0.0);
+    Vec3 scaled = v / largest;
+    return largest * sqrt(dot(scaled, scaled));
+}
+
 // x^n for x in [0, 1] and n >= 0. Defined where GLSL is not: n = 0 gives 1, also for x = 0 (llvmpipe: pow(0, 0) = 0,
 // C: 1); otherwise x <= 0 gives 0 (pow of a negative base is NaN).
 FORMULA_FN Real positivePower(Real x, Real n) {

@@ -15,7 +15,7 @@
 // The formulas as the driver compiles them against the same lines compiled as C++ float.
 //
 // Why they differ at all, by cause:
-//   - division and square root: GLSL allows 2.5 units in the last place, llvmpipe takes reciprocals; C++ rounds right
+//   - division and square root: GLSL allows 2.5 units in the last place; C++ rounds right, and so does llvmpipe
 //   - exp and log: llvmpipe's polynomials are good to about 1e-6 relative; times the exponent they raise
 //   - the order of sums in dot() is the driver's
 // The first and last are what `sensitivity` (tests/numerics/points.h) multiplies: 1 / alpha in a lobe, 1 / cos at
