@@ -2,10 +2,10 @@
 // messages in a plain loop between the same number of processes.
 // Arguments: --json, --servers 1,2,4,..., --frames N, --rounds N, --gl-up-to N (servers with OpenGL contexts).
 
-#include <condition_variable>
 #include <filesystem>
+#include <future>
 #include <memory>
-#include <mutex>
+#include <optional>
 #include <sstream>
 #include <thread>
 
@@ -89,8 +89,9 @@ class NetworkLoop {
           _client(options(servers, types, _processes.ports), SteadyClock().now()),
           _pump(_client, false) {
         _pump.onTurn([this] { turn(); });
+        auto connected = _over.emplace().get_future();
         _thread = std::thread([this] { _pump.run(); });
-        wait();
+        connected.wait();
     }
     ~NetworkLoop() {
         _pump.stop();
@@ -98,12 +99,15 @@ class NetworkLoop {
     }
 
     double run(int frames) {
-        _pump.post([this, frames] {
+        std::promise<void> over;
+        auto isOver = over.get_future();
+        _pump.post([this, frames, over = std::make_shared<std::promise<void>>(std::move(over))] {
+            _over = std::move(*over);
             _seconds.clear();
             _left = frames;
             begin();
         });
-        wait();
+        isOver.wait();
         return bench::median(_seconds);
     }
 
@@ -143,21 +147,16 @@ class NetworkLoop {
         if (_client.isBusy()) return;
         if (_running) {
             _running = false;
-            _seconds.push_back(bench::secondsNow() - _start);
             (void)_client.takeOutcome();
             // The swap leaves first, as it would if anything happened between two frames.
-            if (--_left > 0) return _pump.post([this] { begin(); });
+            return _pump.post([this] {
+                _seconds.push_back(bench::secondsNow() - _start);
+                if (--_left > 0) begin();
+            });
         }
-        if (_left > 0) return;
-        const std::lock_guard lock(_mutex);
-        _idle = true;
-        _changed.notify_all();
-    }
-
-    void wait() {
-        std::unique_lock lock(_mutex);
-        _changed.wait(lock, [this] { return _idle; });
-        _idle = false;
+        if (_left > 0 || !_over) return;
+        _over->set_value();
+        _over.reset();
     }
 
     Processes _processes;
@@ -169,10 +168,8 @@ class NetworkLoop {
     int _left = 0;
     bool _running = false;
     double _start = 0.0;
-    std::vector<double> _seconds;
-    std::mutex _mutex;
-    std::condition_variable _changed;
-    bool _idle = false;
+    std::vector<double> _seconds;             // from one frame's beginning to the next one's
+    std::optional<std::promise<void>> _over;  // of the run, or of connecting
 };
 
 // What an application sees: Cluster::frame, whose threads hand over on both sides.
