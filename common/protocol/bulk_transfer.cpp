@@ -32,10 +32,17 @@ bool BulkSender::sendPart(Link& link, Blob& blob, std::uint64_t& offset) {
     const std::uint32_t elementSize = blob.content.elementSize();
     const std::uint64_t total = blob.content.byteSize();
     const std::size_t most = wire::kChunkBytes / elementSize * elementSize;
-    wire::Bytes part(static_cast<std::size_t>(std::min<std::uint64_t>(most, total - offset)));
-    if (!part.empty()) blob.content.read(static_cast<std::size_t>(offset / elementSize), part);
-    link.send(wire::BlobData{blob.hash, total, offset, part});
-    offset += part.size();
+    const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(most, total - offset));
+    // The content is copied once, to behind its head.
+    auto payload = std::make_shared<wire::Bytes>();
+    payload->reserve(wire::BlobData::kOverhead + size);
+    wire::Writer writer(*payload);
+    wire::BlobData{blob.hash, total, offset, {}}.write(writer);
+    const std::size_t head = payload->size();
+    payload->resize(head + size);
+    blob.content.read(static_cast<std::size_t>(offset / elementSize), std::span(*payload).subspan(head));
+    link.sendShared(wire::MessageType::BlobData, std::move(payload));
+    offset += size;
     return offset < total;
 }
 

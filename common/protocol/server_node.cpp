@@ -178,7 +178,7 @@ void ServerNode::greeted(ConnectionId connection, Peer& peer, TimePoint) {
         return peer.link->accept(hello.epoch);
     }
     if (_session) endSession("a newer session of the same client took over");
-    _session.emplace();
+    _session = Session();  // clang 14 takes the nested class for not default-constructible in emplace()
     _session->token = hello.token;
     _session->epoch = hello.epoch;
     _session->client = hello.name;

@@ -7,11 +7,19 @@
 
 namespace umbriel::wire {
 
-Hash128 hashOfBlob(const MultiStorage& data) {
+namespace {
+
+void addElementSize(Hasher128& hasher, std::uint32_t elementSize) {
     std::array<std::byte, 4> size;
-    for (std::size_t i = 0; i < size.size(); ++i) size[i] = static_cast<std::byte>(data.elementSize() >> (8 * i));
-    Hasher128 hasher;
+    for (std::size_t i = 0; i < size.size(); ++i) size[i] = static_cast<std::byte>(elementSize >> (8 * i));
     hasher.add(size);
+}
+
+}  // namespace
+
+Hash128 hashOfBlob(const MultiStorage& data) {
+    Hasher128 hasher;
+    addElementSize(hasher, data.elementSize());
     for (std::size_t i = 0; i < data.chunkCount(); ++i) hasher.add(data.chunk(i));
     return hasher.finish();
 }
@@ -52,7 +60,9 @@ bool possible(const BlobRef& ref) {
 }  // namespace
 
 BlobAssembler::BlobAssembler(const BlobRef& ref, std::uint64_t maxBytes)
-    : _ref(ref), _maxBytes(maxBytes), _data(possible(ref) ? ref.elementSize : 1) {}
+    : _ref(ref), _maxBytes(maxBytes), _data(possible(ref) ? ref.elementSize : 1), _hasher(std::make_unique<Hasher128>()) {
+    addElementSize(*_hasher, ref.elementSize);
+}
 
 Result<void> BlobAssembler::add(std::span<const std::byte> piece) {
     if (!possible(_ref)) return badInput(fmt::format("blob {}: its element size is impossible", toHex(_ref.hash)));
@@ -62,6 +72,7 @@ Result<void> BlobAssembler::add(std::span<const std::byte> piece) {
     if (piece.size() > _ref.bytes - _received)
         return badInput(fmt::format("blob {}: more than its {} bytes came", toHex(_ref.hash), _ref.bytes));
     _received += piece.size();
+    _hasher->add(piece);
     const std::size_t elementSize = _ref.elementSize;
     const auto append = [&](std::span<const std::byte> elements) {
         const std::size_t size = _data.size();
@@ -84,7 +95,7 @@ Result<void> BlobAssembler::add(std::span<const std::byte> piece) {
 
 Result<Blob> BlobAssembler::finish() {
     UMBRIEL_ASSERT(complete(), "a blob is finished before all of it came");
-    if (!possible(_ref) || hashOfBlob(_data) != _ref.hash)
+    if (!possible(_ref) || _hasher->finish() != _ref.hash)
         return badInput(fmt::format("blob {}: what came is something else", toHex(_ref.hash)));
     return Blob{_ref, std::move(_data)};
 }

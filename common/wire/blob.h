@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -87,6 +88,7 @@ class BlobAssembler {
     std::uint64_t _received = 0;
     std::vector<std::byte> _partial;  // the first bytes of an element whose rest has not come
     MultiStorage _data;
+    std::unique_ptr<Hasher128> _hasher;  // of what came, while it is in the processor's cache
 };
 
 }  // namespace umbriel::wire

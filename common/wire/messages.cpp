@@ -57,18 +57,21 @@ Enum readEnum(Reader& reader, std::uint32_t count, const char* reason) {
     return static_cast<Enum>(reader.bounded(count - 1, reason));
 }
 
+// The largest depth that travels: as a float, with the lower half of its bits empty.
+constexpr float kMaxDepth = std::bit_cast<float>(std::uint32_t{0x7f7f0000});
+
 // The upper half of a non-negative float, rounded towards zero or away from it: 8 bits of mantissa.
 std::uint16_t roundedDown(float value) {
     if (!(value > 0.0f)) return 0;
-    return static_cast<std::uint16_t>(std::bit_cast<std::uint32_t>(std::min(value, 3e38f)) >> 16);
+    return static_cast<std::uint16_t>(std::bit_cast<std::uint32_t>(std::min(value, kMaxDepth)) >> 16);
 }
 std::uint16_t roundedUp(float value) {
     if (!(value > 0.0f)) return 0;
-    return static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(std::min(value, 3e38f)) + 0xffff) >> 16);
+    return static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(std::min(value, kMaxDepth)) + 0xffff) >> 16);
 }
 float readRounded(Reader& reader) {
     const float value = std::bit_cast<float>(std::uint32_t{reader.u16()} << 16);
-    if (!(value >= 0.0f) || !std::isfinite(value)) reader.fail("a depth is not a distance");
+    if (std::signbit(value) || !std::isfinite(value)) reader.fail("a depth is not a distance");
     return reader.ok() ? value : 0.0f;
 }
 

@@ -1,0 +1,217 @@
+// How fast changes are encoded, sent and applied, against copying and sending the same bytes.
+// Arguments: --json, --only transforms|geometry|join.
+
+#include <cstring>
+#include <filesystem>
+#include <memory>
+
+#include "client/session/cluster.h"
+#include "client/session/server_process.h"
+#include "common/scene/core_types.h"
+#include "common/scene/digest.h"
+#include "common/scene/nodes.h"
+#include "common/wire/change_codec.h"
+#include "tests/bench/measure.h"
+#include "tests/bench/plain_socket.h"
+
+namespace umbriel {
+namespace {
+
+constexpr int kRounds = 5;
+constexpr std::size_t kTransforms = 10'000;
+constexpr std::size_t kGeometries = 10;
+constexpr std::size_t kVertices = 833'334;  // 12 bytes each: 10 geometries are 100 MB
+const std::filesystem::path kPrograms = UMBRIEL_BIN_DIR;
+
+// Bytes to a process that only takes them.
+class Floor {
+ public:
+    Floor()
+        : _process(bench::need(ServerProcess::start(kPrograms / "bench_server", {"--answer", "receive"}, {}))),
+          _socket(bench::PlainSocket::dial(bench::need(_process.waitForPort(std::chrono::seconds(60))))) {}
+    double secondsToSend(std::span<const std::byte> bytes) {
+        return bench::secondsOf([&] {
+            const std::uint64_t size = bytes.size();
+            _socket.write(std::as_bytes(std::span(&size, 1)));
+            _socket.write(bytes);
+            std::byte answer;
+            if (!_socket.read(std::span(&answer, 1))) std::exit(1);
+        });
+    }
+
+ private:
+    ServerProcess _process;
+    bench::PlainSocket _socket;
+};
+
+void receive(const wire::EncodedChanges& encoded, Aspect& into, wire::BlobStore& blobs) {
+    for (const wire::Bytes& part : encoded.parts)
+        if (const auto done = wire::applyChanges(part, into, blobs); !done) {
+            std::fprintf(stderr, "bench_rates: %s\n", done.error().message.c_str());
+            std::exit(1);
+        }
+}
+
+void transforms(const bench::Report& report, const TypeRegistry& types, Floor& floor) {
+    IdSource ids;
+    IdSource otherIds;
+    Aspect client(types, ids);
+    Aspect server(types, otherIds);
+    wire::BlobStore blobs;
+    std::vector<Ref<Transform>> all;
+    for (std::size_t i = 0; i < kTransforms; ++i) all.push_back(client.create<Transform>());
+    receive(wire::encodeChanges(client.commit(), client), server, blobs);
+    server.commit();
+    int turn = 0;
+    ChangeList changes;
+    wire::EncodedChanges encoded;
+    wire::Bytes joined;
+    wire::Bytes copy;
+    StateDigest digest;
+    digest.update(client.snapshot(), client);
+    const auto seconds = bench::interleaved(
+        4 * kRounds,
+        [&] {  // what the application does, and what makes the list
+            const double value = ++turn;
+            return bench::secondsOf([&] {
+                for (const auto& one : all)
+                    client.edit(one)
+                        .set<&Transform::translation>({value, 2.0, 3.0})
+                        .set<&Transform::linear>(glm::mat3(float(value)));
+                changes = client.commit();
+            });
+        },
+        [&] { return bench::secondsOf([&] { encoded = wire::encodeChanges(changes, client); }); },
+        [&] { return bench::secondsOf([&] { receive(encoded, server, blobs); }); },
+        [&] { return bench::secondsOf([&] { server.commit(); }); },
+        [&] { return bench::secondsOf([&] { digest.update(changes, client); }); },
+        [&] {
+            joined.clear();
+            for (const wire::Bytes& part : encoded.parts) joined.insert(joined.end(), part.begin(), part.end());
+            copy.resize(joined.size());
+            return bench::secondsOf([&] { std::memcpy(copy.data(), joined.data(), joined.size()); });
+        },
+        [&] { return floor.secondsToSend(joined); });
+    const char* const names[] = {"edit and commit",
+                                 "encode",
+                                 "apply",
+                                 "commit on the server",
+                                 "digest",
+                                 "memcpy of the same bytes",
+                                 "loopback TCP of the same bytes"};
+    for (std::size_t i = 0; i < seconds.size(); ++i)
+        report.figure(fmt::format("10 000 transforms: {}", names[i]), seconds[i] * 1e3, "ms");
+    report.figure("10 000 transforms: bytes each", static_cast<double>(joined.size()) / kTransforms, "bytes", 72);
+    report.figure("10 000 transforms: encode and apply / loopback TCP", (seconds[1] + seconds[2]) / seconds[6], "x");
+    report.figure("10 000 transforms: encode and apply / memcpy", (seconds[1] + seconds[2]) / seconds[5], "x");
+}
+
+void fill(Aspect& scene, float value) {
+    for (std::size_t i = 0; i < kGeometries; ++i) {
+        std::vector<glm::vec3> positions(kVertices, glm::vec3(value));
+        for (std::size_t k = 0; k < kVertices; ++k) positions[k].y = static_cast<float>(k * (i + 1));
+        scene.edit(scene.create<Geometry>()).assign<&Geometry::positions>(positions);
+    }
+}
+
+void geometry(const bench::Report& report, const TypeRegistry& types, Floor& floor) {
+    const wire::Bytes same(kGeometries * kVertices * 12, std::byte{1});
+    wire::Bytes copy(same.size());
+    wire::EncodedChanges encoded;
+    std::unique_ptr<Aspect> client;
+    IdSource ids;
+    const auto encodeWith = [&](std::size_t threshold) {
+        client = std::make_unique<Aspect>(types, ids);
+        fill(*client, 1.0f);
+        const ChangeList changes = client->commit();
+        wire::EncodeOptions options;
+        options.blobThreshold = threshold;
+        return bench::secondsOf([&] { encoded = wire::encodeChanges(changes, *client, options); });
+    };
+    const auto apply = [&] {
+        IdSource otherIds;
+        Aspect server(types, otherIds);
+        wire::BlobStore blobs;
+        return bench::secondsOf([&] {
+            // What arrives as bytes: blobs in pieces, as over the wire.
+            for (const wire::Blob& blob : encoded.blobs) {
+                wire::BlobAssembler assembler(blob.ref, blob.ref.bytes);
+                for (std::size_t i = 0; i < blob.data.chunkCount(); ++i) (void)assembler.add(blob.data.chunk(i));
+                blobs.put(bench::need(assembler.finish()));
+            }
+            receive(encoded, server, blobs);
+        });
+    };
+    const auto seconds = bench::interleaved(
+        kRounds, [&] { return encodeWith(~std::size_t{0}); }, [&] { return apply(); },
+        [&] { return encodeWith(32 * 1024); }, [&] { return apply(); },
+        [&] { return bench::secondsOf([&] { std::memcpy(copy.data(), same.data(), same.size()); }); },
+        [&] { return floor.secondsToSend(same); });
+    const char* const names[] = {"encode, inline",
+                                 "apply, inline",
+                                 "encode, as blobs (their hashes)",
+                                 "apply, as blobs (pieces, hash, assignment)",
+                                 "memcpy",
+                                 "loopback TCP"};
+    for (std::size_t i = 0; i < seconds.size(); ++i)
+        report.figure(fmt::format("100 MB of geometry: {}", names[i]), seconds[i] * 1e3, "ms");
+    report.figure("100 MB of geometry: encode and apply blobs / loopback TCP", (seconds[2] + seconds[3]) / seconds[5],
+                  "x");
+    report.figure("100 MB of geometry: encode and apply blobs / memcpy", (seconds[2] + seconds[3]) / seconds[4], "x");
+}
+
+// A server's first frame: snapshot, blobs over the bulk connection, digest, ready.
+void join(const bench::Report& report, const TypeRegistry& types, Floor& floor) {
+    IdSource ids;
+    Aspect scene(types, ids);
+    fill(scene, 1.0f);
+    const wire::Bytes same(kGeometries * kVertices * 12, std::byte{1});
+    WallViews views;
+    views.wall = {16, 16};
+    views.views.emplace_back();
+    views.views.back().region = {0, 0, 16, 16};
+    std::vector<double> connecting;
+    std::vector<double> preparing;
+    const auto seconds = bench::interleaved(
+        kRounds,
+        [&] {
+            ClusterOptions options;
+            options.serverProgram = kPrograms / "bench_server";
+            options.serverArguments = {"--answer", "draw"};
+            std::unique_ptr<Cluster> cluster;
+            connecting.push_back(bench::secondsOf([&] {
+                cluster = bench::need(Cluster::connect(options, types, {{0, {0, 0, 16, 16}, Eye::Mono}}));
+            }));
+            // A client that has drawn with other servers has done this before; here it is part of the first frame.
+            preparing.push_back(bench::secondsOf([&] {
+                StateDigest digest;
+                const ChangeList snapshot = scene.snapshot();
+                digest.update(snapshot, scene);
+                (void)wire::encodeChanges(snapshot, scene);
+            }));
+            return bench::secondsOf([&] { bench::need(cluster->frame(scene, views, 0.0, false)); });
+        },
+        [&] { return floor.secondsToSend(same); });
+    report.figure("join to a 100 MB scene: starting and connecting to a process", bench::median(connecting) * 1e3,
+                  "ms");
+    report.figure("join to a 100 MB scene: of it, digest and hashes here", bench::median(preparing) * 1e3, "ms");
+    report.figure("join to a 100 MB scene: first frame", seconds[0] * 1e3, "ms");
+    report.figure("join to a 100 MB scene: raw transfer", seconds[1] * 1e3, "ms");
+    report.figure("join to a 100 MB scene: first frame / raw transfer", seconds[0] / seconds[1], "x", 1.25);
+}
+
+}  // namespace
+}  // namespace umbriel
+
+int main(int argc, char** argv) {
+    using namespace umbriel;
+    const bench::Report report(bench::hasFlag(argc, argv, "--json"));
+    TypeRegistry types;
+    registerCoreTypes(types);
+    Floor floor;
+    const std::string only = bench::option(argc, argv, "--only", "");
+    if (only.empty() || only == "transforms") transforms(report, types, floor);
+    if (only.empty() || only == "geometry") geometry(report, types, floor);
+    if (only.empty() || only == "join") join(report, types, floor);
+    return 0;
+}
