@@ -17,8 +17,8 @@ void append(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, std::
 
 }  // namespace
 
-void appendEnlarged(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, std::uint32_t original, double margin,
-                    Enlarged& out) {
+void appendEnlarged(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, std::uint32_t original,
+                    double margin, Enlarged& out) {
     const double la = glm::length(c - b), lb = glm::length(a - c), lc = glm::length(b - a);
     const double perimeter = la + lb + lc;
     const double area2 = glm::length(glm::cross(b - a, c - a));
@@ -45,7 +45,8 @@ void appendEnlarged(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& 
     const double height = glm::length(up);
     up = height > 0.0 ? up / height : glm::dvec3(0.0);
     const glm::dvec3 p0 = from - (along + up) * margin, p1 = to + (along - up) * margin;
-    const glm::dvec3 p2 = to + along * margin + up * (height + margin), p3 = from - along * margin + up * (height + margin);
+    const glm::dvec3 p2 = to + along * margin + up * (height + margin),
+                     p3 = from - along * margin + up * (height + margin);
     append(p0, p1, p2, original, 2.0, out);
     append(p0, p2, p3, original, 2.0, out);
 }

@@ -17,7 +17,7 @@ struct Enlarged {
     std::vector<float> sure;
 };
 
-void appendEnlarged(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, std::uint32_t original, double margin,
-                    Enlarged& out);
+void appendEnlarged(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, std::uint32_t original,
+                    double margin, Enlarged& out);
 
 }  // namespace umbriel::trace

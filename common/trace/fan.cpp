@@ -21,8 +21,8 @@ struct Verdict {
 };
 
 template <class Wedge>
-[[gnu::always_inline]] inline void accumulate(const Wedge& w, float sign, const float* x, const float* y, const float* z,
-                                              Verdict& verdict) {
+[[gnu::always_inline]] inline void accumulate(const Wedge& w, float sign, const float* x, const float* y,
+                                              const float* z, Verdict& verdict) {
     for (std::size_t i = 0; i < kPacket; ++i) {
         const float q = sign * ((w.q[0] * x[i] + w.q[1] * y[i]) + w.q[2] * z[i]);
         const float m0 = (w.m0[0] * x[i] + w.m0[1] * y[i]) + w.m0[2] * z[i];

@@ -8,12 +8,12 @@
 
 namespace umbriel::trace {
 
-// What a point's own triangles block. Seen from P + delta n, delta -> 0+, each of them is an infinite wedge with its apex
-// at P: scale free, so nothing is lifted out of folds and nothing hits itself. A direction d is blocked by the wedge
-// along the edges e0, e1 exactly when d . q < 0, d . m0 >= 0 and d . m1 <= 0, with q = e0 x e1 turned so that q . n > 0,
-// and m = n x e. Edges shared by two wedges have one m, so no direction slips between them.
-// Evaluated in single precision, eight directions at a time; what lies within the rounding of a border is decided in
-// double from the ray's own (single precision) direction. One for each thread: it keeps scratch memory.
+// What a point's own triangles block. Seen from P + delta n, delta -> 0+, each of them is an infinite wedge with its
+// apex at P: scale free, so nothing is lifted out of folds and nothing hits itself. A direction d is blocked by the
+// wedge along the edges e0, e1 exactly when d . q < 0, d . m0 >= 0 and d . m1 <= 0, with q = e0 x e1 turned so that q .
+// n > 0, and m = n x e. Edges shared by two wedges have one m, so no direction slips between them. Evaluated in single
+// precision, eight directions at a time; what lies within the rounding of a border is decided in double from the ray's
+// own (single precision) direction. One for each thread: it keeps scratch memory.
 class Fan {
  public:
     // The point lies at the origin of `edges`: two for each own triangle, exact differences of positions.

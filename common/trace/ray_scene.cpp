@@ -114,8 +114,8 @@ double pointTriangleDistance(const glm::dvec3& p, const glm::dvec3& a, const glm
     const glm::dvec3 n = glm::cross(b - a, c - a);
     const double length = glm::length(n);
     if (length > 0.0) {
-        const bool above = glm::dot(glm::cross(b - a, n), p - a) <= 0.0 && glm::dot(glm::cross(c - b, n), p - b) <= 0.0 &&
-                           glm::dot(glm::cross(a - c, n), p - c) <= 0.0;
+        const bool above = glm::dot(glm::cross(b - a, n), p - a) <= 0.0 &&
+                           glm::dot(glm::cross(c - b, n), p - b) <= 0.0 && glm::dot(glm::cross(a - c, n), p - c) <= 0.0;
         if (above) nearest = std::min(nearest, std::abs(glm::dot(p - a, n)) / length);
     }
     return nearest;
@@ -145,8 +145,12 @@ bool nearCallback(RTCPointQueryFunctionArguments* arguments) {
 
 RayScene::RayScene(std::unique_ptr<Scene> scene) : _scene(std::move(scene)) {}
 RayScene::~RayScene() = default;
-Guard RayScene::guard() const { return _scene->guard; }
-double RayScene::diagonal() const { return _scene->normalised.diagonal / _scene->normalised.scale; }
+Guard RayScene::guard() const {
+    return _scene->guard;
+}
+double RayScene::diagonal() const {
+    return _scene->normalised.diagonal / _scene->normalised.scale;
+}
 
 std::string RayScene::description() const {
     const auto version = rtcGetDeviceProperty(_scene->device, RTC_DEVICE_PROPERTY_VERSION);
@@ -191,8 +195,7 @@ Result<std::unique_ptr<RayScene>> RayScene::create(const Triangles& triangles, G
         }
         auto& soup = scene->enlarged.corners;
         void* vertices = buffer(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, soup.size());
-        auto* indices =
-            static_cast<std::uint32_t*>(buffer(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, soup.size() / 3));
+        auto* indices = static_cast<std::uint32_t*>(buffer(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, soup.size() / 3));
         allocated = vertices && indices;
         if (allocated) {
             std::copy_n(soup.data(), soup.size(), static_cast<glm::vec3*>(vertices));
@@ -261,7 +264,8 @@ double RayScene::Tracer::State::startDistance(const Origin& origin) {
     return 0.5 * nearest.nearest;
 }
 
-RayScene::Tracer::State::Start RayScene::Tracer::State::prepare(const Origin& origin, std::span<const std::uint32_t> own,
+RayScene::Tracer::State::Start RayScene::Tracer::State::prepare(const Origin& origin,
+                                                                std::span<const std::uint32_t> own,
                                                                 double farDistance) {
     Start start;
     const glm::vec3& p = scene.normalised.positions[origin.position];

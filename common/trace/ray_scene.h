@@ -13,7 +13,8 @@ namespace umbriel::trace {
 
 // How a ray that leaves the surface is kept from hitting what it left.
 enum class Guard : std::uint8_t {
-    // The limit of visibility from P + delta n, delta -> 0+, decided in double: own triangles are skipped by identity and
+    // The limit of visibility from P + delta n, delta -> 0+, decided in double: own triangles are skipped by identity
+    // and
     // the fan they form is tested analytically (fan.h). The same on every instruction set.
     Exact = 0,
     // The ray leaves from P + 1e-6 of the diagonal along n, all in single precision.
@@ -25,9 +26,9 @@ enum class Guard : std::uint8_t {
 // Rays against triangles through Embree, in packets of eight. Immutable after create(); rays may be traced from any
 // thread, and what they find does not depend on the number of threads.
 //
-// Exact works on triangles enlarged by 2e-5 of the diagonal, which no rounding in Embree can miss (measured: the share of
-// rays nearly parallel to a triangle that could still slip by is below 1e-9). A hit well inside is accepted in single
-// precision, any other is decided by hitDistance() in double.
+// Exact works on triangles enlarged by 2e-5 of the diagonal, which no rounding in Embree can miss (measured: the share
+// of rays nearly parallel to a triangle that could still slip by is below 1e-9). A hit well inside is accepted in
+// single precision, any other is decided by hitDistance() in double.
 class RayScene {
  public:
     // Triangles are copied. threads: for building the tree; 0 takes all. Failure when Embree cannot allocate.

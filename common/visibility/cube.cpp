@@ -21,13 +21,19 @@ struct Place {
 Place place(std::uint32_t s, std::uint32_t pixel) {
     const double step = 2.0 / s;
     const std::uint32_t column = pixel % s, row = pixel % (s * s) / s;
-    return {static_cast<int>(pixel / (s * s)), row, -1.0 + column * step, -1.0 + (column + 1) * step, -1.0 + row * step,
+    return {static_cast<int>(pixel / (s * s)),
+            row,
+            -1.0 + column * step,
+            -1.0 + (column + 1) * step,
+            -1.0 + row * step,
             -1.0 + (row + 1) * step};
 }
 
 }  // namespace
 
-std::uint32_t pixelCount(std::uint32_t s) { return 6 * s * s; }
+std::uint32_t pixelCount(std::uint32_t s) {
+    return 6 * s * s;
+}
 
 glm::dvec3 direction(std::uint32_t s, std::uint32_t pixel) {
     const Place p = place(s, pixel);

@@ -49,16 +49,24 @@ std::uint32_t cell(double coordinate, double low, std::uint32_t s, std::uint32_t
 
 Side side(int index) {
     switch (index) {
-        case 0: return {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-        case 1: return {{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}};
-        case 2: return {{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}};
-        case 3: return {{0, -1, 0}, {1, 0, 0}, {0, 0, 1}};
-        case 4: return {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}};
-        default: return {{0, 0, -1}, {-1, 0, 0}, {0, 1, 0}};
+        case 0:
+            return {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+        case 1:
+            return {{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}};
+        case 2:
+            return {{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}};
+        case 3:
+            return {{0, -1, 0}, {1, 0, 0}, {0, 0, 1}};
+        case 4:
+            return {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}};
+        default:
+            return {{0, 0, -1}, {-1, 0, 0}, {0, 1, 0}};
     }
 }
 
-std::uint32_t pixelCount(std::uint32_t s) { return 3 * s * s; }
+std::uint32_t pixelCount(std::uint32_t s) {
+    return 3 * s * s;
+}
 
 glm::dvec3 direction(std::uint32_t s, std::uint32_t pixel) {
     const Place p = place(s, pixel);

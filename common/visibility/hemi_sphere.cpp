@@ -14,12 +14,18 @@ glm::dvec3 towards(double azimuth, double elevation) {
     return {c * std::cos(azimuth), c * std::sin(azimuth), std::sin(elevation)};
 }
 
-double elevation(std::uint32_t s, std::uint32_t pixel) { return pi * (pixel / (2 * s) + 0.5) / s; }
-double azimuth(std::uint32_t s, std::uint32_t pixel) { return pi * (pixel % (2 * s) + 0.5) / s; }
+double elevation(std::uint32_t s, std::uint32_t pixel) {
+    return pi * (pixel / (2 * s) + 0.5) / s;
+}
+double azimuth(std::uint32_t s, std::uint32_t pixel) {
+    return pi * (pixel % (2 * s) + 0.5) / s;
+}
 
 }  // namespace
 
-glm::dvec3 direction(std::uint32_t s, std::uint32_t pixel) { return towards(azimuth(s, pixel), elevation(s, pixel)); }
+glm::dvec3 direction(std::uint32_t s, std::uint32_t pixel) {
+    return towards(azimuth(s, pixel), elevation(s, pixel));
+}
 
 std::optional<std::uint32_t> pixelOf(std::uint32_t s, const glm::dvec3& d) {
     if (!(d.z > 0.0)) return std::nullopt;
@@ -68,12 +74,12 @@ std::vector<Neighbours> neighbours(std::uint32_t s) {
             result.push_back({pixel, j * width + (i + 1) % width, towards(pi * (i + 1) / s, pi * (j + 0.5) / s)});
             if (j + 1 < s / 2) {
                 result.push_back({pixel, pixel + width, towards(pi * (i + 0.5) / s, pi * (j + 1) / s)});
-            } else if (i > 0) {
-                // All of the last row meet in the pole: it is a boundary when any of them differs from the first.
-                result.push_back({j * width, pixel, {0.0, 0.0, 1.0}});
             }
         }
     }
+    // All of the last row meet in the pole: it is a boundary when any of them differs from the first.
+    const std::uint32_t last = (s / 2 - 1) * width;
+    for (std::uint32_t i = 1; i < width; ++i) result.push_back({last, last + i, {0.0, 0.0, 1.0}});
     return result;
 }
 

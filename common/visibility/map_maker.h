@@ -12,7 +12,9 @@ namespace umbriel::visibility {
 
 // A map: one bit for each pixel, 1 = open (background, nothing in the way), pixel p is bit p % 8 of byte p / 8, bits
 // after the last pixel are 0.
-inline std::size_t maskBytes(std::uint32_t pixels) { return (pixels + 7) / 8; }
+inline std::size_t maskBytes(std::uint32_t pixels) {
+    return (pixels + 7) / 8;
+}
 inline bool isOpen(std::span<const std::uint8_t> mask, std::uint32_t pixel) {
     return (mask[pixel / 8] >> (pixel % 8) & 1) != 0;
 }

@@ -14,13 +14,20 @@ namespace umbriel::visibility {
 
 // How the pixels of a visibility map stand for directions. Ganster 2002, chapter 2.2, with the corrections named at
 // each mapping; one file for each.
-enum class MappingKind : std::uint8_t { HemiCube = 0, SinglePlane = 1, HemiSphere = 2, Cube = 3, Octahedral = 4, Fibonacci = 5 };
+enum class MappingKind : std::uint8_t {
+    HemiCube = 0,
+    SinglePlane = 1,
+    HemiSphere = 2,
+    Cube = 3,
+    Octahedral = 4,
+    Fibonacci = 5
+};
 
 // A mapping with its parameters. Two mappings with equal fields have the same pixels.
 struct Mapping {
     MappingKind kind = MappingKind::HemiSphere;
-    // HemiCube, SinglePlane, Cube, Octahedral: edge of a square image; HemiSphere: the image is 2s x s/2; even in all of
-    // them. Fibonacci: the number of directions.
+    // HemiCube, SinglePlane, Cube, Octahedral: edge of a square image; HemiSphere: the image is 2s x s/2; even in all
+    // of them. Fibonacci: the number of directions.
     std::uint32_t size = 32;
     // SinglePlane only: full opening angle, radians, below pi; 0 otherwise.
     double fovy = 0.0;
@@ -30,8 +37,8 @@ struct Mapping {
 // Directions in a frame of the vertex (z is its normal), or in the mesh's own axes, the same for every vertex.
 enum class DirectionFrame : std::uint8_t { Vertex = 0, Object = 1 };
 
-// Which side of the surface a direction is seen from. Upper: from the normal's side. Own: directions with z < 0 are seen
-// from the other side (Cube: two HemiCubes, each lifted to its own side).
+// Which side of the surface a direction is seen from. Upper: from the normal's side. Own: directions with z < 0 are
+// seen from the other side (Cube: two HemiCubes, each lifted to its own side).
 enum class DirectionSide : std::uint8_t { Upper = 0, Own = 1 };
 
 // Rectangles of pixels that lie one after the other, each row by row.
@@ -41,7 +48,8 @@ struct ImageSize {
 };
 
 inline constexpr std::uint32_t kMaxMappingSize = 1024;
-inline constexpr std::uint32_t kMaxDirections = 1u << 21;
+// So that a block of 1024 rows of anything stays below 256 MiB.
+inline constexpr std::uint32_t kMaxDirections = 1u << 17;
 
 // Bad input when the size is odd, zero or too large, or fovy does not fit the kind.
 Result<void> check(const Mapping& mapping);
@@ -84,8 +92,8 @@ struct Neighbours {
     std::uint32_t second = 0;
     glm::dvec3 middle{0.0};  // unit length
 };
-// Every pair once, also across the borders of images and at the pole of HemiSphere (whose pixels all meet in one point).
-// Empty for Fibonacci.
+// Every pair once, also across the borders of images and at the pole of HemiSphere (whose pixels all meet in one
+// point). Empty for Fibonacci.
 std::vector<Neighbours> neighbours(const Mapping& mapping);
 
 // Order in which rays are traced: eight after each other form a packet of neighbouring directions. A permutation.

@@ -52,7 +52,8 @@ Result<void> validate(const Mesh& mesh) {
         for (int axis = 0; axis < 3; ++axis) {
             const float value = mesh.positions[v][axis];
             if (!(std::abs(value) <= kLargestCoordinate)) {
-                return badInput(fmt::format("vertex {} has the coordinate {}, which is not finite or above 1e18", v, value));
+                return badInput(
+                    fmt::format("vertex {} has the coordinate {}, which is not finite or above 1e18", v, value));
             }
         }
     }
@@ -184,7 +185,8 @@ Result<BakeMesh> prepare(const Mesh& mesh) {
         out.rows.push_back({sides[side].position, glm::vec3(normal)});
     }
     out.vertexRow.resize(mesh.positions.size());
-    for (std::size_t v = 0; v < out.vertexRow.size(); ++v) out.vertexRow[v] = sideOf[v] == kNoRow ? kNoRow : rowOf[sideOf[v]];
+    for (std::size_t v = 0; v < out.vertexRow.size(); ++v)
+        out.vertexRow[v] = sideOf[v] == kNoRow ? kNoRow : rowOf[sideOf[v]];
 
     static_assert(sizeof(Row) == 16 && sizeof(glm::vec3) == 12);
     Hasher128 hasher;

@@ -30,15 +30,15 @@ struct Row {
 // A mesh made ready for baking. Rows are along a Z-curve, so that rays of neighbours touch the same memory and shards
 // are compact; the order, like everything here, depends on the mesh alone.
 struct BakeMesh {
-    std::vector<glm::vec3> positions;       // unique: equal coordinates are one point, -0 is 0
-    std::vector<glm::uvec3> triangles;      // over positions; with three different corners and an area above zero
+    std::vector<glm::vec3> positions;   // unique: equal coordinates are one point, -0 is 0
+    std::vector<glm::uvec3> triangles;  // over positions; with three different corners and an area above zero
     std::vector<Row> rows;
     std::vector<std::uint32_t> vertexRow;   // for each loaded vertex; kNoRow where it has no triangle: unlit
     std::vector<std::uint32_t> ownBegin;    // triangles that have position p as a corner:
     std::vector<std::uint32_t> own;         // own[ownBegin[p]] to own[ownBegin[p + 1]]
     std::uint32_t degenerateTriangles = 0;  // left out
     std::uint32_t unlitVertices = 0;
-    double diagonal = 0.0;                  // of the box
+    double diagonal = 0.0;  // of the box
     // Over the loaded positions and indices, and the rows with their normals.
     Hash128 hash;
 

@@ -8,7 +8,9 @@
 namespace umbriel::visibility::octahedral {
 namespace {
 
-double signOf(double value) { return value < 0.0 ? -1.0 : 1.0; }
+double signOf(double value) {
+    return value < 0.0 ? -1.0 : 1.0;
+}
 
 // A point of the octahedron, not normalised. At u = 0 or v = 0 of the lower half the side is given by `within`.
 glm::dvec3 unfold(double u, double v, double withinU, double withinV) {

@@ -16,7 +16,9 @@ double perpendicularCorner(double y, double z) {
     return 0.5 * (std::atan(y) - std::atan(y / rz) / rz);
 }
 
-double solidAngleCorner(double x, double y) { return std::atan2(x * y, std::sqrt(1.0 + x * x + y * y)); }
+double solidAngleCorner(double x, double y) {
+    return std::atan2(x * y, std::sqrt(1.0 + x * x + y * y));
+}
 
 double triangleSolidAngle(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
     const double la = glm::length(a), lb = glm::length(b), lc = glm::length(c);

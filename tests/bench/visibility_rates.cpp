@@ -34,7 +34,8 @@ double median(std::vector<double> values) {
 struct Bare {
     RTCDevice device;
     RTCScene scene;
-    explicit Bare(const visibility::BakeMesh& mesh, const char* config) : device(rtcNewDevice(config)), scene(rtcNewScene(device)) {
+    explicit Bare(const visibility::BakeMesh& mesh, const char* config)
+        : device(rtcNewDevice(config)), scene(rtcNewScene(device)) {
         rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
         RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
         auto* v = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, mesh.positions.size());
@@ -97,7 +98,8 @@ int main(int count, char** arguments) {
                                       static_cast<std::uint32_t>(count > 2 ? std::atoi(arguments[2]) : 32)};
     const int runs = count > 3 ? std::atoi(arguments[3]) : 5;
     const std::uint32_t rows =
-        std::min<std::uint32_t>(static_cast<std::uint32_t>(prepared->rows.size()), count > 4 ? static_cast<std::uint32_t>(std::atoi(arguments[4])) : ~0u);
+        std::min<std::uint32_t>(static_cast<std::uint32_t>(prepared->rows.size()),
+                                count > 4 ? static_cast<std::uint32_t>(std::atoi(arguments[4])) : ~0u);
     const trace::DirectionPackets set = visibility::directionPackets(mapping);
     const double rays = static_cast<double>(rows) * visibility::pixelCount(mapping);
     std::printf("%s: %zu vertices, %zu triangles, %zu rows; %u rows x %u directions\n", arguments[1],
@@ -127,7 +129,8 @@ int main(int count, char** arguments) {
             trace::RayScene::Tracer tracer(*scenes[i]);
             for (std::uint32_t row = 0; row < rows; ++row) {
                 const trace::Origin o = visibility::origin(*prepared, row, visibility::DirectionFrame::Vertex);
-                tracer.blocked(o, prepared->ownTriangles(o.position), set, std::numeric_limits<double>::infinity(), blocked);
+                tracer.blocked(o, prepared->ownTriangles(o.position), set, std::numeric_limits<double>::infinity(),
+                               blocked);
                 packer.pack(blocked, mask);
                 open += mask[0];
             }
@@ -137,7 +140,8 @@ int main(int count, char** arguments) {
     const char* names[] = {"bare rtcOccluded8", "bare, avx2", "exact", "fast", "fast + fan"};
     for (std::size_t i = 0; i < seconds.size(); ++i) {
         const double s = median(seconds[i]);
-        std::printf("%-18s %8.3f CPU s  %6.2f M rays/core-s  %5.1f %%\n", names[i], s, rays / s * 1e-6, 100.0 * median(seconds[0]) / s);
+        std::printf("%-18s %8.3f CPU s  %6.2f M rays/core-s  %5.1f %%\n", names[i], s, rays / s * 1e-6,
+                    100.0 * median(seconds[0]) / s);
     }
     return open == 0;
 }

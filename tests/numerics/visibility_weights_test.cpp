@@ -84,7 +84,8 @@ TEST(VisibilityWeights, OctahedralMeetsTheWallForAnyNormal) {
         for (std::uint32_t p = 0; p < visibility::pixelCount(m); ++p) {
             const glm::dvec3 d = visibility::direction(m, p);
             const double up = glm::dot(d, n), towards = glm::dot(d, side);
-            if (up > 0.0 && towards > 0.0 && up < k * towards) blocked += glm::dot(visibility::vectorWeight(m, p), n) / pi;
+            if (up > 0.0 && towards > 0.0 && up < k * towards)
+                blocked += glm::dot(visibility::vectorWeight(m, p), n) / pi;
         }
         square += std::pow(blocked - 0.5 * (1.0 - 1.0 / std::sqrt(1.0 + k * k)), 2);
     }

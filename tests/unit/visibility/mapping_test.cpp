@@ -126,7 +126,8 @@ TEST(Mapping, CosineWeightIsTheVectorWeightAgainstTheNormal) {
 TEST(Mapping, HemiCubeTopAndSidesHaveTheirShare) {
     const std::uint32_t s = 12;
     double top = 0.0, sides = 0.0;
-    for (std::uint32_t p = 0; p < hemi_cube::pixelCount(s); ++p) (p < s * s ? top : sides) += hemi_cube::cosineWeight(s, p);
+    for (std::uint32_t p = 0; p < hemi_cube::pixelCount(s); ++p)
+        (p < s * s ? top : sides) += hemi_cube::cosineWeight(s, p);
     EXPECT_NEAR(top, 2.0 * std::numbers::sqrt2 * std::atan(1.0 / std::numbers::sqrt2), 1e-13);
     EXPECT_NEAR(sides, 4.0 * (pi / 4.0 - std::atan(1.0 / std::numbers::sqrt2) / std::numbers::sqrt2), 1e-13);
 }
@@ -140,15 +141,15 @@ TEST(Mapping, EveryPixelIsItsOwnIntegral) {
         double cosine = 0.0, angle = 0.0;
         for (int j = 0; j < n; ++j) {
             for (int i = 0; i < n; ++i) {
-                const glm::dvec3 x = corner[0] + (corner[1] - corner[0]) * ((i + 0.5) / n) +
-                                     (corner[3] - corner[0]) * ((j + 0.5) / n);
+                const glm::dvec3 x =
+                    corner[0] + (corner[1] - corner[0]) * ((i + 0.5) / n) + (corner[3] - corner[0]) * ((j + 0.5) / n);
                 const double r = glm::length(x);
                 const double area = 4.0 / (s * s) / (static_cast<double>(n) * n);
                 angle += area / (r * r * r);
                 cosine += area * x.z / (r * r * r * r);
             }
         }
-        EXPECT_NEAR(hemi_cube::solidAngle(s, p), angle, 1e-6);   // second order: (1/400)^2 of the value
+        EXPECT_NEAR(hemi_cube::solidAngle(s, p), angle, 1e-6);  // second order: (1/400)^2 of the value
         EXPECT_NEAR(hemi_cube::cosineWeight(s, p), cosine, 1e-6);
     }
 }
@@ -175,9 +176,9 @@ TEST(Mapping, MidpointWeightsConvergeWithTheSquareOfTheSize) {
 TEST(Mapping, SinglePlaneReproducesTableThree) {
     const std::array fovy{120, 130, 140, 150, 160, 170, 175};
     const std::map<std::uint32_t, std::array<double, 7>> table{
-        {8, {17.02, 20.76, 25.91, 33.41, 45.07, 63.67, 76.13}},  {16, {8.70, 10.73, 13.65, 18.26, 26.62, 45.29, 63.71}},
-        {32, {4.38, 5.41, 6.92, 9.37, 14.07, 26.80, 45.35}},     {64, {2.19, 2.71, 3.47, 4.71, 7.14, 14.17, 26.84}},
-        {128, {1.10, 1.36, 1.74, 2.36, 3.59, 7.20, 14.20}},      {256, {0.55, 0.68, 0.87, 1.18, 1.79, 3.61, 7.21}}};
+        {8, {17.02, 20.76, 25.91, 33.41, 45.07, 63.67, 76.13}}, {16, {8.70, 10.73, 13.65, 18.26, 26.62, 45.29, 63.71}},
+        {32, {4.38, 5.41, 6.92, 9.37, 14.07, 26.80, 45.35}},    {64, {2.19, 2.71, 3.47, 4.71, 7.14, 14.17, 26.84}},
+        {128, {1.10, 1.36, 1.74, 2.36, 3.59, 7.20, 14.20}},     {256, {0.55, 0.68, 0.87, 1.18, 1.79, 3.61, 7.21}}};
     for (const auto& [s, row] : table) {
         for (std::size_t i = 0; i < fovy.size(); ++i) {
             const double angle = single_plane::firstRayAngle(s, fovy[i] * kDegree);
@@ -192,8 +193,9 @@ TEST(Mapping, SinglePlaneReproducesTableThree) {
 }
 
 TEST(Mapping, SinglePlaneTotalsOverTheOpeningAngle) {
-    const std::map<int, double> shares{{90, .5541},  {100, .6376}, {110, .7158}, {120, .7870}, {130, .8496}, {140, .9025},
-                                       {150, .9446}, {160, .9752}, {165, .9860}, {170, .9938}, {175, .9984}, {178, .9998}};
+    const std::map<int, double> shares{{90, .5541},  {100, .6376}, {110, .7158}, {120, .7870},
+                                       {130, .8496}, {140, .9025}, {150, .9446}, {160, .9752},
+                                       {165, .9860}, {170, .9938}, {175, .9984}, {178, .9998}};
     for (const auto& [fovy, share] : shares) {
         EXPECT_NEAR(single_plane::totalCosineWeight(fovy * kDegree) / pi, share, 6e-5) << fovy;
     }
@@ -243,17 +245,30 @@ TEST(Mapping, NeighboursShareTheirMiddle) {
             const glm::dvec3 a = direction(m, n.first), b = direction(m, n.second);
             EXPECT_LT(std::acos(std::min(1.0, glm::dot(n.middle, a))), 35 * kDegree) << name(kind);
             // A little off the middle lies one of the two.
-            EXPECT_EQ(pixelOf(m, glm::mix(n.middle, a, 1e-6)), n.first) << name(kind) << " " << n.first << " " << n.second;
-            EXPECT_EQ(pixelOf(m, glm::mix(n.middle, b, 1e-6)), n.second) << name(kind) << " " << n.first << " " << n.second;
+            EXPECT_EQ(pixelOf(m, glm::mix(n.middle, a, 1e-6)), n.first)
+                << name(kind) << " " << n.first << " " << n.second;
+            EXPECT_EQ(pixelOf(m, glm::mix(n.middle, b, 1e-6)), n.second)
+                << name(kind) << " " << n.first << " " << n.second;
         }
         std::size_t expected = 0;
         switch (kind) {
-            case MappingKind::HemiCube: expected = (192 * 4 - 32) / 2; break;  // 32 at the horizon lack one
-            case MappingKind::Cube: expected = (384 * 4 - 64) / 2; break;      // 64 there, on both sides
-            case MappingKind::Octahedral: expected = 64 * 4 / 2; break;        // a closed sphere
-            case MappingKind::SinglePlane: expected = 2 * 8 * 7; break;
-            case MappingKind::HemiSphere: expected = 64 + 48 + 15; break;      // rings, columns, pole
-            case MappingKind::Fibonacci: break;                                // has no outlines
+            case MappingKind::HemiCube:
+                expected = (192 * 4 - 32) / 2;
+                break;  // 32 at the horizon lack one
+            case MappingKind::Cube:
+                expected = (384 * 4 - 64) / 2;
+                break;  // 64 there, on both sides
+            case MappingKind::Octahedral:
+                expected = 64 * 4 / 2;
+                break;  // a closed sphere
+            case MappingKind::SinglePlane:
+                expected = 2 * 8 * 7;
+                break;
+            case MappingKind::HemiSphere:
+                expected = 64 + 48 + 15;
+                break;  // rings, columns, pole
+            case MappingKind::Fibonacci:
+                break;  // has no outlines
         }
         EXPECT_EQ(all.size(), expected) << name(kind);
     }

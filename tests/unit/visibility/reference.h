@@ -19,7 +19,8 @@ class Reference {
     // Distance to the nearest triangle that is not the origin's own; infinity if there is none.
     double distance(const trace::Origin& origin, const glm::vec3& direction) const;
     // The same without the tree.
-    bool blockedBruteForce(const trace::Origin& origin, const glm::vec3& direction, bool lower, double farDistance) const;
+    bool blockedBruteForce(const trace::Origin& origin, const glm::vec3& direction, bool lower,
+                           double farDistance) const;
 
  private:
     struct Node {
@@ -38,7 +39,7 @@ class Reference {
 
 struct Difference {
     std::uint64_t bits = 0;
-    std::uint64_t blocked = 0;       // in the reference
+    std::uint64_t blocked = 0;  // in the reference
     std::uint64_t falselyBlocked = 0;
     std::uint64_t falselyOpen = 0;
     double wrong() const { return static_cast<double>(falselyBlocked + falselyOpen) / static_cast<double>(bits); }

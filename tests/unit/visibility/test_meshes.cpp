@@ -25,13 +25,14 @@ Mesh cloth(std::uint32_t around, std::uint32_t down) {
     for (std::uint32_t j = 0; j < down; ++j) {
         for (std::uint32_t i = 0; i < around; ++i) {
             const double v = static_cast<double>(j) / (down - 1), u = static_cast<double>(i) / around;
-            const double phase = 3.0 * (0.35 * std::sin(3 * kTurn * u + 2 * v) + 0.25 * std::sin(5 * kTurn * u - 4 * v));
+            const double phase =
+                3.0 * (0.35 * std::sin(3 * kTurn * u + 2 * v) + 0.25 * std::sin(5 * kTurn * u - 4 * v));
             const double t = kTurn * kFolds * u + phase;
             const double x = t - 0.85 * v * std::sin(2 * t);
             const double y = (0.02 + 0.16 * v) * std::sin(t) * (1 + 0.25 * std::sin(4 * kTurn * u + 3 * v));
             const double angle = (x - phase) / kFolds;
-            const double radius = 0.35 + 0.45 * v + y + 0.02 * std::sin(9 * v + 2 * kTurn * u) +
-                                  0.006 * std::sin(37 * v + 9 * kTurn * u);
+            const double radius =
+                0.35 + 0.45 * v + y + 0.02 * std::sin(9 * v + 2 * kTurn * u) + 0.006 * std::sin(37 * v + 9 * kTurn * u);
             m.positions.emplace_back(radius * std::cos(angle), 1.6 * (1 - v), radius * std::sin(angle));
         }
     }
@@ -122,7 +123,8 @@ Mesh accordion(std::uint32_t folds, std::uint32_t n, float gap) {
         for (const glm::vec2& p : profile) m.positions.emplace_back(p.x, 2.0f * j / n, p.y);
     }
     for (std::uint32_t j = 0; j < n; ++j) {
-        for (std::uint32_t i = 0; i + 1 < width; ++i) quad(m, j * width + i, j * width + i + 1, (j + 1) * width + i + 1, (j + 1) * width + i);
+        for (std::uint32_t i = 0; i + 1 < width; ++i)
+            quad(m, j * width + i, j * width + i + 1, (j + 1) * width + i + 1, (j + 1) * width + i);
     }
     return m;
 }
@@ -153,7 +155,8 @@ std::optional<Mesh> load(const std::string& path) {
                 m.positions.push_back(p);
             } else if (kind == "f") {
                 std::vector<std::uint32_t> polygon;
-                for (std::string corner; words >> corner;) polygon.push_back(static_cast<std::uint32_t>(std::stoul(corner) - 1));
+                for (std::string corner; words >> corner;)
+                    polygon.push_back(static_cast<std::uint32_t>(std::stoul(corner) - 1));
                 fan(polygon);
             }
         }

@@ -21,7 +21,9 @@ using trace::Guard;
 
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 
-std::uint32_t stride(std::uint32_t otherwise) { return std::getenv("UMBRIEL_LONG") ? 1 : otherwise; }
+std::uint32_t stride(std::uint32_t otherwise) {
+    return std::getenv("UMBRIEL_LONG") ? 1 : otherwise;
+}
 
 struct Case {
     std::string what;
@@ -101,7 +103,9 @@ TEST(Truth, ReferenceTreeFindsWhatBruteForceFinds) {
     }
 }
 
-TEST(Truth, ClothInFolds) { expectPromise(test::cloth(80, 40), {"cloth", {MappingKind::HemiSphere, 32}, stride(8)}); }
+TEST(Truth, ClothInFolds) {
+    expectPromise(test::cloth(80, 40), {"cloth", {MappingKind::HemiSphere, 32}, stride(8)});
+}
 
 TEST(Truth, ClothFarFromTheOrigin) {
     const Mesh mesh = test::moved(test::cloth(80, 40), {260.0, 180.0, -230.0});  // about 100 diagonals
@@ -113,9 +117,9 @@ TEST(Truth, ClothFarFromTheOrigin) {
 
 TEST(Truth, OtherMappingsAndBothSides) {
     const Mesh mesh = test::cloth(80, 40);
-    for (const Mapping& m : {Mapping{MappingKind::HemiCube, 16}, Mapping{MappingKind::SinglePlane, 16, 2.5},
-                             Mapping{MappingKind::Cube, 12}, Mapping{MappingKind::Octahedral, 24},
-                             Mapping{MappingKind::Fibonacci, 500}}) {
+    for (const Mapping& m :
+         {Mapping{MappingKind::HemiCube, 16}, Mapping{MappingKind::SinglePlane, 16, 2.5},
+          Mapping{MappingKind::Cube, 12}, Mapping{MappingKind::Octahedral, 24}, Mapping{MappingKind::Fibonacci, 500}}) {
         const Case c{std::string(name(m.kind)), m, stride(24)};
         const std::vector<Difference> d = compare(mesh, {Guard::Exact}, c);
         EXPECT_GT(d[0].blocked, 0u) << c.what;
@@ -139,7 +143,8 @@ TEST(Truth, FarLimitCutsAtItsDistance) {
 // Nothing stands above a plate or outside a convex body; inside a closed box there is no way out, whatever corner or
 // edge a ray meets. Sizes at which rays pass exactly through vertices are among them.
 TEST(Truth, FlatPlateBlocksNothing) {
-    for (const MappingKind kind : {MappingKind::HemiSphere, MappingKind::HemiCube, MappingKind::Fibonacci, MappingKind::Cube}) {
+    for (const MappingKind kind :
+         {MappingKind::HemiSphere, MappingKind::HemiCube, MappingKind::Fibonacci, MappingKind::Cube}) {
         const auto mesh = prepare(test::plate(16));
         for (const Guard guard : {Guard::Exact, Guard::Fast, Guard::FastFan}) {
             const auto scene = trace::RayScene::create(mesh->view(), guard, 1);
@@ -149,7 +154,8 @@ TEST(Truth, FlatPlateBlocksNothing) {
             for (std::uint32_t row = 0; row < mesh->rows.size(); ++row) {
                 const trace::Origin o = origin(*mesh, row, DirectionFrame::Vertex);
                 tracer.blocked(o, mesh->ownTriangles(o.position), set, kEndless, blocked);
-                for (const std::uint8_t byte : blocked) ASSERT_EQ(byte, 0) << name(kind) << " " << static_cast<int>(guard);
+                for (const std::uint8_t byte : blocked)
+                    ASSERT_EQ(byte, 0) << name(kind) << " " << static_cast<int>(guard);
             }
         }
     }
