@@ -6,12 +6,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "common/trace/ray_scene.h"
-#include "common/visibility/map_maker.h"
+#include "common/visibility/bake.h"
 #include "common/visibility/mesh.h"
 #include "tests/unit/visibility/test_meshes.h"
 
@@ -97,44 +98,42 @@ int main(int count, char** arguments) {
     const visibility::Mapping mapping{visibility::MappingKind::HemiSphere,
                                       static_cast<std::uint32_t>(count > 2 ? std::atoi(arguments[2]) : 32)};
     const int runs = count > 3 ? std::atoi(arguments[3]) : 5;
-    const std::uint32_t rows =
+    std::uint32_t rows =
         std::min<std::uint32_t>(static_cast<std::uint32_t>(prepared->rows.size()),
                                 count > 4 ? static_cast<std::uint32_t>(std::atoi(arguments[4])) : ~0u);
     const trace::DirectionPackets set = visibility::directionPackets(mapping);
+    if (rows < prepared->rows.size()) rows = rows / visibility::kRowsPerBlock * visibility::kRowsPerBlock;
     const double rays = static_cast<double>(rows) * visibility::pixelCount(mapping);
     std::printf("%s: %zu vertices, %zu triangles, %zu rows; %u rows x %u directions\n", arguments[1],
                 mesh->positions.size(), mesh->indices.size() / 3, prepared->rows.size(), rows,
                 visibility::pixelCount(mapping));
     const Bare bare(*prepared, "threads=1"), bareAvx2(*prepared, "threads=1,max_isa=avx2");
-    std::vector<std::unique_ptr<trace::RayScene>> scenes;
+    std::vector<std::unique_ptr<visibility::Baker>> bakers;
     for (const trace::Guard guard : {trace::Guard::Exact, trace::Guard::Fast, trace::Guard::FastFan}) {
+        visibility::BakeSettings settings;
+        settings.mapping = mapping;
+        settings.guard = guard;
         const double start = cpu();
-        auto scene = trace::RayScene::create(prepared->view(), guard, 1);
+        bakers.push_back(std::move(*visibility::Baker::create(*prepared, settings)));
         std::printf("guard %d: built in %.3f CPU s\n", static_cast<int>(guard), cpu() - start);
-        scenes.push_back(std::move(*scene));
     }
-    std::vector<std::vector<double>> seconds(2 + scenes.size());
-    std::vector<std::uint8_t> blocked(set.packets()), mask(visibility::maskBytes(visibility::pixelCount(mapping)));
-    const visibility::MaskPacker packer(set);
-    std::size_t open = 0;
+    std::vector<std::vector<double>> seconds(2 + bakers.size());
+    std::size_t hits = 0;
     for (int run = 0; run < runs; ++run) {
         double start = cpu();
-        open += bare.run(*prepared, set, 0, rows);
+        hits += bare.run(*prepared, set, 0, rows);
         seconds[0].push_back(cpu() - start);
         start = cpu();
-        open += bareAvx2.run(*prepared, set, 0, rows);
+        hits += bareAvx2.run(*prepared, set, 0, rows);
         seconds[1].push_back(cpu() - start);
-        for (std::size_t i = 0; i < scenes.size(); ++i) {
+        for (std::size_t i = 0; i < bakers.size(); ++i) {
             start = cpu();
-            trace::RayScene::Tracer tracer(*scenes[i]);
-            for (std::uint32_t row = 0; row < rows; ++row) {
-                const trace::Origin o = visibility::origin(*prepared, row, visibility::DirectionFrame::Vertex);
-                tracer.blocked(o, prepared->ownTriangles(o.position), set, std::numeric_limits<double>::infinity(),
-                               blocked);
-                packer.pack(blocked, mask);
-                open += mask[0];
-            }
+            // Rays, packing, compression, checksums, and the file on disk.
+            const auto shard = bakers[i]->shard(0, rows);
+            std::ofstream("/tmp/visibility_rates.umvis", std::ios::binary)
+                .write(reinterpret_cast<const char*>(shard->data()), static_cast<std::streamsize>(shard->size()));
             seconds[2 + i].push_back(cpu() - start);
+            if (run == 0) std::printf("%.1f bytes a row in the file\n", static_cast<double>(shard->size()) / rows);
         }
     }
     const char* names[] = {"bare rtcOccluded8", "bare, avx2", "exact", "fast", "fast + fan"};
@@ -143,5 +142,5 @@ int main(int count, char** arguments) {
         std::printf("%-18s %8.3f CPU s  %6.2f M rays/core-s  %5.1f %%\n", names[i], s, rays / s * 1e-6,
                     100.0 * median(seconds[0]) / s);
     }
-    return open == 0;
+    return hits == 0;
 }
