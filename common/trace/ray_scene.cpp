@@ -28,10 +28,23 @@ constexpr float kGrazing = 0.05f;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+// The widest set that this processor has, up to the wanted one.
+std::string available(std::string_view wanted) {
+#if defined(__x86_64__) && defined(__GNUC__)
+    if (wanted == "avx2" && __builtin_cpu_supports("avx2")) return "avx2";
+    if ((wanted == "avx2" || wanted == "avx") && __builtin_cpu_supports("avx")) return "avx";
+    if (wanted != "sse2" && __builtin_cpu_supports("sse4.2")) return "sse4.2";
+    return "sse2";
+#else
+    return std::string(wanted);
+#endif
+}
+
 }  // namespace
 
 struct RayScene::Scene {
     Guard guard = Guard::Exact;
+    std::string instructionSet;
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
     NormalisedPositions normalised;
@@ -154,29 +167,21 @@ double RayScene::diagonal() const {
 
 std::string RayScene::description() const {
     const auto version = rtcGetDeviceProperty(_scene->device, RTC_DEVICE_PROPERTY_VERSION);
-    const char* isa = "sse2";
-    // Embree picks the widest set it was built for and finds.
-#if defined(__x86_64__) && defined(__GNUC__)
-    if (__builtin_cpu_supports("avx2")) {
-        isa = "avx2";
-    } else if (__builtin_cpu_supports("avx")) {
-        isa = "avx";
-    } else if (__builtin_cpu_supports("sse4.2")) {
-        isa = "sse4.2";
-    }
-#endif
-    return fmt::format("Embree {}.{}.{} {}", version / 10000, version / 100 % 100, version % 100, isa);
+    return fmt::format("Embree {}.{}.{} {}", version / 10000, version / 100 % 100, version % 100,
+                       _scene->instructionSet);
 }
 
-Result<std::unique_ptr<RayScene>> RayScene::create(const Triangles& triangles, Guard guard, int threads) {
+Result<std::unique_ptr<RayScene>> RayScene::create(const Triangles& triangles, Guard guard, int threads,
+                                                   std::string_view instructionSet) {
     UMBRIEL_ASSERT(!triangles.corners.empty(), "a ray scene without triangles");
     auto scene = std::make_unique<Scene>();
     scene->guard = guard;
     scene->normalised = normalise(triangles.positions);
     scene->corners.assign(triangles.corners.begin(), triangles.corners.end());
     scene->surelyAhead = static_cast<float>(1e-5 * scene->normalised.diagonal);
-    // Not AVX-512: its last bits differ, and one bake class for old and new machines is worth more.
-    const std::string config = fmt::format("max_isa=avx2{}", threads > 0 ? fmt::format(",threads={}", threads) : "");
+    scene->instructionSet = available(instructionSet);
+    const std::string config = fmt::format("ignore_config_files=1,max_isa={}{}", scene->instructionSet,
+                                           threads > 0 ? fmt::format(",threads={}", threads) : "");
     scene->device = rtcNewDevice(config.c_str());
     if (!scene->device) return failure("the ray tracer (Embree) does not start on this machine");
     scene->scene = rtcNewScene(scene->device);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "common/base/result.h"
 #include "common/trace/direction_packets.h"
@@ -31,8 +32,11 @@ enum class Guard : std::uint8_t {
 // single precision, any other is decided by hitDistance() in double.
 class RayScene {
  public:
-    // Triangles are copied. threads: for building the tree; 0 takes all. Failure when Embree cannot allocate.
-    static Result<std::unique_ptr<RayScene>> create(const Triangles& triangles, Guard guard, int threads);
+    // Triangles are copied. threads: for building the tree; 0 takes all. instructionSet: the widest that Embree may use
+    // ("sse2", "sse4.2", "avx", "avx2"); AVX-512 brings nothing to packets of eight (measured: 3 %), and one bake class
+    // for old and new machines is worth more. Failure when Embree cannot allocate.
+    static Result<std::unique_ptr<RayScene>> create(const Triangles& triangles, Guard guard, int threads,
+                                                    std::string_view instructionSet = "avx2");
     ~RayScene();
     RayScene(const RayScene&) = delete;
     RayScene& operator=(const RayScene&) = delete;

@@ -2,6 +2,7 @@
 // asked, otherwise a share.
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
@@ -206,6 +207,41 @@ TEST(Truth, ClosedBoxFromInsideBlocksEverything) {
 
 TEST(Truth, Accordion) {
     expectPromise(test::accordion(8, 20, 0.02f), {"accordion", {MappingKind::HemiSphere, 32}, stride(8)});
+}
+
+// Exact is decided in double, so it cannot depend on Embree's code for a processor; Fast may, in last bits.
+TEST(Truth, InstructionSetsFindTheSame) {
+    const auto mesh = prepare(test::cloth(80, 40));
+    const trace::DirectionPackets set = directionPackets({MappingKind::HemiSphere, 32});
+    for (const Guard guard : {Guard::Exact, Guard::Fast}) {
+        std::vector<std::vector<std::uint8_t>> found;
+        for (const char* isa : {"sse2", "sse4.2", "avx", "avx2"}) {
+            const auto scene = trace::RayScene::create(mesh->view(), guard, 1, isa);
+            trace::RayScene::Tracer tracer(**scene);
+            std::vector<std::uint8_t> all, blocked(set.packets());
+            for (std::uint32_t row = 0; row < mesh->rows.size(); row += stride(8)) {
+                const trace::Origin o = origin(*mesh, row, DirectionFrame::Vertex);
+                tracer.blocked(o, mesh->ownTriangles(o.position), set, kEndless, blocked);
+                all.insert(all.end(), blocked.begin(), blocked.end());
+            }
+            found.push_back(std::move(all));
+        }
+        std::uint64_t differing = 0;
+        for (std::size_t i = 1; i < found.size(); ++i) {
+            for (std::size_t k = 0; k < found[0].size(); ++k) {
+                differing += static_cast<std::uint64_t>(std::popcount<std::uint8_t>(found[i][k] ^ found[0][k]));
+            }
+        }
+        if (std::getenv("UMBRIEL_LONG")) {
+            std::printf("instruction sets, guard %d: %llu of %zu bits differ\n", static_cast<int>(guard),
+                        static_cast<unsigned long long>(differing), 3 * 8 * found[0].size());
+        }
+        if (guard == Guard::Exact) {
+            EXPECT_EQ(differing, 0u);
+        } else {
+            EXPECT_LE(static_cast<double>(differing), 1e-6 * 3 * 8 * static_cast<double>(found[0].size()) + 1.0);
+        }
+    }
 }
 
 TEST(Truth, GarmentsOfTheSharedData) {
