@@ -97,12 +97,13 @@ void Fan::reset(const Origin& origin, std::span<const glm::dvec3> edges) {
             std::swap(e0, e1);
             q = -q;
         }
-        const Wedge wedge{unit(q), unit(glm::cross(n, e0)), unit(glm::cross(n, e1))};
+        const Wedge wedge{q, glm::cross(n, e0), glm::cross(n, e1)};
         Wedge32 local;
+        const glm::dvec3 unitQ = unit(wedge.q), unit0 = unit(wedge.m0), unit1 = unit(wedge.m1);
         for (int k = 0; k < 3; ++k) {
-            local.q[k] = static_cast<float>(glm::dot(axes[k], wedge.q));
-            local.m0[k] = static_cast<float>(glm::dot(axes[k], wedge.m0));
-            local.m1[k] = static_cast<float>(glm::dot(axes[k], wedge.m1));
+            local.q[k] = static_cast<float>(glm::dot(axes[k], unitQ));
+            local.m0[k] = static_cast<float>(glm::dot(axes[k], unit0));
+            local.m1[k] = static_cast<float>(glm::dot(axes[k], unit1));
         }
         _wedges.push_back(wedge);
         _wedges32.push_back(local);

@@ -26,10 +26,10 @@ class Fan {
 
  private:
     struct Wedge {
-        glm::dvec3 q, m0, m1;  // unit length, world
+        glm::dvec3 q, m0, m1;  // world; not normalised, which would round what the positions hold exactly
     };
     struct Wedge32 {
-        float q[3], m0[3], m1[3];  // in the frame of the set
+        float q[3], m0[3], m1[3];  // unit length, in the frame of the set
     };
     Origin _origin;
     std::vector<Wedge> _wedges;

@@ -257,6 +257,15 @@ std::vector<Neighbours> neighbours(const Mapping& m) {
     }
 }
 
+std::vector<std::uint32_t> sourceTable(const Mapping& from, const Mapping& to) {
+    UMBRIEL_ASSERT(directionFrame(from) == directionFrame(to), "directions in one frame");
+    std::vector<std::uint32_t> table(pixelCount(to));
+    for (std::uint32_t pixel = 0; pixel < table.size(); ++pixel) {
+        table[pixel] = pixelOf(from, direction(to, pixel)).value_or(kNoSource);
+    }
+    return table;
+}
+
 std::vector<std::uint32_t> packetOrder(const Mapping& m) {
     std::vector<std::uint32_t> order;
     order.reserve(pixelCount(m));

@@ -96,6 +96,12 @@ struct Neighbours {
 // point). Empty for Fibonacci.
 std::vector<Neighbours> neighbours(const Mapping& mapping);
 
+// For each pixel of `to` the pixel of `from` that its centre falls into, kNoSource where `from` does not see it: turns
+// maps of one mapping into another's by copying, as the rasteriser makes HemiSphere from HemiCube (Ganster
+// 2002, 2.2.3). Both in the same frame (asserted).
+inline constexpr std::uint32_t kNoSource = ~0u;
+std::vector<std::uint32_t> sourceTable(const Mapping& from, const Mapping& to);
+
 // Order in which rays are traced: eight after each other form a packet of neighbouring directions. A permutation.
 std::vector<std::uint32_t> packetOrder(const Mapping& mapping);
 

@@ -296,6 +296,18 @@ TEST(Mapping, PacketOrderIsAPermutationOfNeighbours) {
     }
 }
 
+TEST(Mapping, SourceTableNamesThePixelThatLooksThere) {
+    const Mapping cube = make(MappingKind::HemiCube, 64), sphere = make(MappingKind::HemiSphere, 32);
+    const auto table = sourceTable(cube, sphere);
+    for (std::uint32_t p = 0; p < table.size(); ++p) {
+        ASSERT_NE(table[p], kNoSource);
+        EXPECT_LT(std::acos(std::min(1.0, glm::dot(direction(cube, table[p]), direction(sphere, p)))), 1.5 / 64);
+    }
+    const auto cone = sourceTable(make(MappingKind::SinglePlane, 64, 90.0), sphere);
+    EXPECT_EQ(cone.front(), kNoSource);
+    EXPECT_NE(cone.back(), kNoSource);
+}
+
 TEST(Mapping, WrongParametersAreRefused) {
     EXPECT_FALSE(check({MappingKind::HemiSphere, 7, 0.0}));
     EXPECT_FALSE(check({MappingKind::HemiSphere, 0, 0.0}));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
@@ -31,7 +32,21 @@ struct Case {
     Mapping mapping{MappingKind::HemiSphere, 32};
     std::uint32_t everyRow = 16;
     double farDistance = kEndless;
+    // Leaves out rays whose answer in the reference depends on the last bit of their direction.
+    bool leaveOutTies = false;
 };
+
+bool isTie(const test::Reference& reference, const trace::Origin& o, const glm::vec3& d, bool lower) {
+    const bool truth = reference.blocked(o, d, lower, kEndless);
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const float towards : {-2.0f, 2.0f}) {
+            glm::vec3 beside = d;
+            beside[axis] = std::nextafter(beside[axis], towards);
+            if (reference.blocked(o, beside, lower, kEndless) != truth) return true;
+        }
+    }
+    return false;
+}
 
 // For each guard how many bits differ.
 std::vector<Difference> compare(const Mesh& mesh, const std::vector<Guard>& guards, const Case& c) {
@@ -60,6 +75,7 @@ std::vector<Difference> compare(const Mesh& mesh, const std::vector<Guard>& guar
             const bool truth = reference.blocked(o, d, lane >= set.lowerBegin, c.farDistance);
             for (std::size_t g = 0; g < guards.size(); ++g) {
                 const bool found = (blocked[g][lane / 8] >> (lane % 8) & 1) != 0;
+                if (found != truth && c.leaveOutTies && isTie(reference, o, d, lane >= set.lowerBegin)) continue;
                 ++result[g].bits;
                 result[g].blocked += truth;
                 result[g].falselyBlocked += found && !truth;
@@ -67,7 +83,7 @@ std::vector<Difference> compare(const Mesh& mesh, const std::vector<Guard>& guar
             }
         }
     }
-    if (std::getenv("UMBRIEL_LONG")) {
+    if (std::getenv("UMBRIEL_LONG") && c.what != "soup") {
         for (std::size_t g = 0; g < guards.size(); ++g) {
             std::printf("%s, guard %d: %llu bits, %.4f blocked, falsely blocked %llu, falsely open %llu, wrong %.2e\n",
                         c.what.c_str(), static_cast<int>(guards[g]), static_cast<unsigned long long>(result[g].bits),
@@ -139,6 +155,33 @@ TEST(Truth, FarLimitCutsAtItsDistance) {
         EXPECT_GT(d.blocked, before) << share;
         before = d.blocked;
     }
+}
+
+// Triangles thrown onto a lattice: vertices in the middle of other triangles and on their edges, faces through each
+// other and back to back, many at one edge. No guard by distance could be right here.
+TEST(Truth, TriangleSoup) {
+    std::uint32_t state = 1;
+    const auto below = [&](std::uint32_t n) {
+        state = state * 1664525u + 1013904223u;
+        return (state >> 16) % n;
+    };
+    std::uint64_t blocked = 0;
+    for (std::uint32_t soup = 0, soups = std::getenv("UMBRIEL_LONG") ? 5000 : 200; soup < soups; ++soup) {
+        const std::uint32_t seed = state;
+        Mesh m;
+        for (int i = 0; i < 12; ++i) {
+            const float x = static_cast<float>(below(5)), y = static_cast<float>(below(5));
+            m.positions.emplace_back(x, y, static_cast<float>(below(5)));
+        }
+        for (int i = 0; i < 24; ++i) m.indices.push_back(below(12));
+        if (!prepare(m)) continue;
+        for (const Mapping& mapping : {Mapping{MappingKind::HemiSphere, 10}, Mapping{MappingKind::Cube, 6}}) {
+            const Difference d = compare(m, {Guard::Exact}, {"soup", mapping, 1, kEndless, true})[0];
+            ASSERT_EQ(d.falselyBlocked + d.falselyOpen, 0u) << seed << " " << name(mapping.kind);
+            blocked += d.blocked;
+        }
+    }
+    EXPECT_GT(blocked, 10000u);
 }
 
 // Nothing stands above a plate or outside a convex body; inside a closed box there is no way out, whatever corner or
@@ -252,6 +295,10 @@ TEST(Truth, GarmentsOfTheSharedData) {
         if (!mesh) continue;
         any = true;
         expectPromise(*mesh, {file, {MappingKind::HemiSphere, 32}, stride(32)});
+        const double far = 100.0 * prepare(*mesh)->diagonal;
+        const Case moved{std::string(file) + " moved by 100 diagonals", {MappingKind::HemiSphere, 32}, stride(64)};
+        const Difference d = compare(test::moved(*mesh, {0.7 * far, 0.5 * far, -0.5 * far}), {Guard::Exact}, moved)[0];
+        EXPECT_EQ(d.falselyBlocked + d.falselyOpen, 0u) << moved.what;
     }
     if (!any) GTEST_SKIP() << "UMBRIEL_SHARED does not lead to data/cloth";
 }
