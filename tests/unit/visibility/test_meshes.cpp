@@ -9,6 +9,13 @@
 #include <numbers>
 #include <sstream>
 
+#if defined(__SANITIZE_THREAD__)
+// Embree and oneTBB come without instrumentation: the thread sanitizer does not see how they hand work over.
+extern "C" const char* __tsan_default_suppressions() {
+    return "called_from_lib:libembree3.so\ncalled_from_lib:libtbb.so\nrace:libembree3\nrace:libtbb\n";
+}
+#endif
+
 namespace umbriel::visibility::test {
 namespace {
 
