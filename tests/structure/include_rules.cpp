@@ -18,12 +18,12 @@ struct ModuleRule {
 
 constexpr std::array kModules{
     // base <- math <- scene, wall, visibility, image, trace <- wire <- protocol <- net; a wall layout may know the
-    // scene
+    // scene, and visibility maps are made with rays
     ModuleRule{"common/base", ""},
     ModuleRule{"common/math", "common/base"},
     ModuleRule{"common/scene", "common/base common/math"},
     ModuleRule{"common/wall", "common/base common/math common/scene"},
-    ModuleRule{"common/visibility", "common/base common/math"},
+    ModuleRule{"common/visibility", "common/base common/math common/trace"},
     ModuleRule{"common/image", "common/base common/math"},
     ModuleRule{"common/trace", "common/base common/math"},
     ModuleRule{"common/wire",

@@ -1,0 +1,235 @@
+#include "common/visibility/bake.h"
+
+#include <fmt/format.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <thread>
+
+#include "common/trace/grid_scene.h"
+#include "common/visibility/distance_map.h"
+#include "common/visibility/half.h"
+#include "common/visibility/index_map.h"
+#include "common/visibility/map_maker.h"
+
+namespace umbriel::visibility {
+namespace {
+
+bool has(std::uint32_t contents, MapContent content) {
+    return (contents & static_cast<std::uint32_t>(content)) != 0;
+}
+
+std::string processorVendor() {
+#if defined(__x86_64__) && defined(__GNUC__)
+    return __builtin_cpu_is("intel") ? "Intel" : __builtin_cpu_is("amd") ? "AMD" : "x86";
+#else
+    return "other";
+#endif
+}
+
+// What else than mesh, settings and range the bytes may depend on. Masks of Exact are decided in double by rules that
+// no processor changes; anything else may differ in its last bits.
+std::string bakeClass(const BakeSettings& settings, const std::optional<std::string>& rays) {
+    const std::string zstd = fmt::format("zstd {}", ZSTD_versionString());
+    const bool portable =
+        settings.guard == trace::Guard::Exact && settings.contents == static_cast<std::uint32_t>(MapContent::Mask);
+    if (portable || !rays) return fmt::format("exact, {}", zstd);
+    return fmt::format("{} {}, {}", *rays, processorVendor(), zstd);
+}
+
+// Appends a row of 16-bit values to a block.
+template <class Values, class Convert>
+void append(Bytes& out, const Values& values, Convert convert) {
+    for (const auto value : values) {
+        const std::uint16_t bits = convert(value);
+        out.push_back(static_cast<std::byte>(bits & 0xff));
+        out.push_back(static_cast<std::byte>(bits >> 8));
+    }
+}
+
+}  // namespace
+
+BakeSettings::BakeSettings() : farShare(std::numeric_limits<double>::infinity()) {}
+
+Result<void> check(const BakeSettings& s) {
+    if (const auto valid = check(s.mapping); !valid) return valid.error();
+    if (!(s.farShare > 0.0)) return badInput(fmt::format("the far limit {} is not above zero", s.farShare));
+    if (s.contents == 0 || (s.contents & ~kAllContents) != 0)
+        return badInput("no, or unknown, contents of visibility maps");
+    if (has(s.contents, MapContent::Distance) && s.mapping.kind == MappingKind::Fibonacci) {
+        return badInput("the fibonacci mapping has no distance maps: its pixels have no neighbours");
+    }
+    if (has(s.contents, MapContent::Index)) {
+        if (!indexable(s.environment)) {
+            return badInput(fmt::format("index maps of an environment of {} x {} texels do not fit 16 bits",
+                                        s.environment.width, s.environment.height));
+        }
+        if (directionFrame(s.mapping) == DirectionFrame::Object) {
+            return badInput("the octahedral mapping needs no index maps: all vertices share its directions");
+        }
+    }
+    if (s.maker == MapMaker::Gl) return badInput("maps are drawn by the render servers, not here");
+    if (s.maker == MapMaker::Grid && (s.guard != trace::Guard::Exact || has(s.contents, MapContent::HitDistance))) {
+        return badInput("the grid maker has the exact guard only, and no hit distances");
+    }
+    return {};
+}
+
+struct Baker::State {
+    const BakeMesh& mesh;
+    BakeSettings settings;
+    trace::DirectionPackets directions;
+    MaskPacker packer;
+    std::unique_ptr<trace::RayScene> rays;
+    std::unique_ptr<trace::GridScene> grid;
+    std::optional<DistanceMaps> distances;
+    MapHeader header;
+    double farDistance;
+
+    State(const BakeMesh& bakeMesh, const BakeSettings& bakeSettings)
+        : mesh(bakeMesh),
+          settings(bakeSettings),
+          directions(directionPackets(bakeSettings.mapping)),
+          packer(directions),
+          farDistance(bakeSettings.farShare * bakeMesh.diagonal) {}
+};
+
+Baker::Baker(std::unique_ptr<State> state) : _state(std::move(state)) {}
+Baker::~Baker() = default;
+const MapHeader& Baker::header() const {
+    return _state->header;
+}
+std::uint32_t Baker::rowBlocks() const {
+    return static_cast<std::uint32_t>((_state->mesh.rows.size() + kRowsPerBlock - 1) / kRowsPerBlock);
+}
+
+Result<std::unique_ptr<Baker>> Baker::create(const BakeMesh& mesh, const BakeSettings& settings, int threads) {
+    if (const auto valid = check(settings); !valid) return valid.error();
+    auto state = std::make_unique<State>(mesh, settings);
+    std::optional<std::string> description;
+    if (settings.maker == MapMaker::Rays) {
+        auto scene = trace::RayScene::create(mesh.view(), settings.guard, threads);
+        if (!scene) return scene.error();
+        state->rays = std::move(*scene);
+        description = state->rays->description();
+    } else {
+        state->grid = std::make_unique<trace::GridScene>(mesh.view());
+    }
+    if (has(settings.contents, MapContent::Distance)) state->distances.emplace(settings.mapping);
+    MapHeader& h = state->header;
+    h.totalRows = h.rowCount = mesh.rows.size();
+    h.vertexCount = mesh.vertexRow.size();
+    h.mapping = settings.mapping;
+    h.maker = settings.maker;
+    h.guard = settings.guard;
+    h.contents = settings.contents;
+    h.farShare = settings.farShare;
+    if (has(settings.contents, MapContent::Index)) h.environment = settings.environment;
+    h.meshHash = mesh.hash;
+    h.directionHash = directionHash(settings.mapping);
+    h.bakeClass = bakeClass(settings, description);
+    return std::unique_ptr<Baker>(new Baker(std::move(state)));
+}
+
+std::vector<EncodedBlock> Baker::block(std::uint32_t rowBlock) const {
+    const State& s = *_state;
+    const std::uint32_t pixels = pixelCount(s.settings.mapping);
+    const std::uint32_t first = rowBlock * kRowsPerBlock;
+    const std::uint32_t rows =
+        std::min<std::uint32_t>(kRowsPerBlock, static_cast<std::uint32_t>(s.mesh.rows.size()) - first);
+    const DirectionFrame frame = directionFrame(s.settings.mapping);
+    std::optional<trace::RayScene::Tracer> rays;
+    std::optional<trace::GridScene::Tracer> grid;
+    if (s.rays) {
+        rays.emplace(*s.rays);
+    } else {
+        grid.emplace(*s.grid);
+    }
+    const std::uint32_t contents = s.settings.contents;
+    std::vector<std::uint8_t> blocked(s.directions.packets()), mask(maskBytes(pixels));
+    std::vector<float> laneDistances, values(pixels);
+    std::vector<std::uint16_t> indices;
+    DistanceMaps::Silhouette silhouette;
+    if (has(contents, MapContent::HitDistance)) laneDistances.resize(s.directions.lanes());
+    if (has(contents, MapContent::Index)) indices.resize(pixels);
+
+    Bytes maskData, distanceData, hitData, indexData;
+    maskData.reserve(rows * mask.size());
+    for (std::uint32_t row = first; row < first + rows; ++row) {
+        const trace::Origin o = origin(s.mesh, row, frame);
+        const auto own = s.mesh.ownTriangles(o.position);
+        if (rays) {
+            rays->blocked(o, own, s.directions, s.farDistance, blocked);
+        } else {
+            grid->blocked(o, own, s.directions, s.farDistance, blocked);
+        }
+        s.packer.pack(blocked, mask);
+        const auto maskBits = std::as_bytes(std::span(mask));
+        maskData.insert(maskData.end(), maskBits.begin(), maskBits.end());
+        if (has(contents, MapContent::Distance)) {
+            s.distances->compute(mask, silhouette, values);
+            append(distanceData, values, toHalf);
+        }
+        if (has(contents, MapContent::HitDistance)) {
+            rays->distances(o, own, s.directions, s.farDistance, laneDistances);
+            const auto unit = static_cast<float>(1.0 / s.mesh.diagonal);
+            for (std::size_t lane = 0; lane < laneDistances.size(); ++lane) {
+                if (s.directions.pixel[lane] != trace::kNoPixel)
+                    values[s.directions.pixel[lane]] = laneDistances[lane] * unit;
+            }
+            append(hitData, values, toHalf);
+        }
+        if (has(contents, MapContent::Index)) {
+            indexMap(s.directions, o, mask, s.settings.environment, indices);
+            append(indexData, indices, [](std::uint16_t index) { return index; });
+        }
+    }
+    std::vector<EncodedBlock> result;
+    if (has(contents, MapContent::Mask)) result.push_back(encodeBlock(MapContent::Mask, rows, maskData));
+    if (has(contents, MapContent::Distance)) result.push_back(encodeBlock(MapContent::Distance, rows, distanceData));
+    if (has(contents, MapContent::HitDistance)) result.push_back(encodeBlock(MapContent::HitDistance, rows, hitData));
+    if (has(contents, MapContent::Index)) result.push_back(encodeBlock(MapContent::Index, rows, indexData));
+    return result;
+}
+
+Result<Bytes> Baker::shard(std::uint64_t firstRow, std::uint64_t rowCount, int threads) const {
+    const std::uint64_t total = _state->mesh.rows.size();
+    if (firstRow % kRowsPerBlock != 0 || firstRow >= total || rowCount == 0 || rowCount > total - firstRow ||
+        (rowCount % kRowsPerBlock != 0 && firstRow + rowCount != total)) {
+        return badInput(fmt::format("rows {} to {} of {} are no shard: it holds whole blocks of {}", firstRow,
+                                    firstRow + rowCount, total, kRowsPerBlock));
+    }
+    const auto firstBlock = static_cast<std::uint32_t>(firstRow / kRowsPerBlock);
+    const auto blockCount = static_cast<std::uint32_t>((rowCount + kRowsPerBlock - 1) / kRowsPerBlock);
+    std::vector<std::vector<EncodedBlock>> baked(blockCount);
+    std::atomic<std::uint32_t> next{0};
+    const auto work = [&] {
+        for (std::uint32_t i = next++; i < blockCount; i = next++) baked[i] = block(firstBlock + i);
+    };
+    const unsigned wanted =
+        threads > 0 ? static_cast<unsigned>(threads) : std::max(1u, std::thread::hardware_concurrency());
+    {
+        std::vector<std::jthread> helpers;
+        for (unsigned i = 1; i < std::min(wanted, blockCount); ++i) helpers.emplace_back(work);
+        work();
+    }
+    std::vector<EncodedBlock> blocks;
+    for (auto& part : baked) std::ranges::move(part, std::back_inserter(blocks));
+    MapHeader header = _state->header;
+    header.firstRow = firstRow;
+    header.rowCount = rowCount;
+    return assembleShard(std::move(header), _state->mesh.vertexRow, blocks);
+}
+
+Result<Bytes> bakeShard(const BakeMesh& mesh, const BakeSettings& settings, std::uint64_t firstRow,
+                        std::uint64_t rowCount, int threads) {
+    const auto baker = Baker::create(mesh, settings, threads);
+    if (!baker) return baker.error();
+    return (*baker)->shard(firstRow, rowCount, threads);
+}
+
+}  // namespace umbriel::visibility

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/base/result.h"
+#include "common/visibility/map_file.h"
+#include "common/visibility/mesh.h"
+
+namespace umbriel::visibility {
+
+struct BakeSettings {
+    Mapping mapping;
+    MapMaker maker = MapMaker::Rays;  // Rays or Grid here; Gl is made by the render servers
+    trace::Guard guard = trace::Guard::Exact;
+    // How far rays go, as a share of the diagonal of the mesh; infinity: no limit.
+    double farShare = 0.0;
+    std::uint32_t contents = static_cast<std::uint32_t>(MapContent::Mask);
+    EnvironmentSize environment;  // of MapContent::Index
+
+    BakeSettings();
+};
+
+// Bad input: impossible mapping, limit, contents or environment; distances of a mapping without neighbours; a grid with
+// a guard other than Exact, or with hit distances; Gl.
+Result<void> check(const BakeSettings& settings);
+
+// Makes maps. A block is a pure function of mesh, settings and its number: whoever bakes it, on however many threads,
+// gets the same bytes (within a bake class). Immutable after create(): use from any thread.
+class Baker {
+ public:
+    // The mesh is borrowed and must outlive the baker. threads: for building the tree; 0 takes all.
+    static Result<std::unique_ptr<Baker>> create(const BakeMesh& mesh, const BakeSettings& settings, int threads = 1);
+    ~Baker();
+    Baker(const Baker&) = delete;
+    Baker& operator=(const Baker&) = delete;
+
+    // Rows come in blocks of kRowsPerBlock.
+    std::uint32_t rowBlocks() const;
+    // Everything a shard's header says, for all rows.
+    const MapHeader& header() const;
+
+    // The contents of one block, on this thread. This is the unit of work for a server that also draws.
+    std::vector<EncodedBlock> block(std::uint32_t rowBlock) const;
+    // A file of these rows. firstRow must be a multiple of kRowsPerBlock, rowCount too unless it ends at the last row;
+    // otherwise, or beyond the mesh, bad input. threads: 0 takes all.
+    Result<Bytes> shard(std::uint64_t firstRow, std::uint64_t rowCount, int threads = 1) const;
+
+ private:
+    struct State;
+    explicit Baker(std::unique_ptr<State> state);
+    std::unique_ptr<State> _state;
+};
+
+// One shard in one call: create() and shard().
+Result<Bytes> bakeShard(const BakeMesh& mesh, const BakeSettings& settings, std::uint64_t firstRow,
+                        std::uint64_t rowCount, int threads = 1);
+
+}  // namespace umbriel::visibility
