@@ -203,9 +203,11 @@ Result<void> ServerNode::message(MessageType type, std::span<const std::byte> pa
         case MessageType::Swap: {
             const auto swap = wire::decode<wire::Swap>(payload);
             if (!swap) return swap.error();
-            if (_session->shown.empty() || _session->shown.front() != swap->frame)
+            const auto drawn = std::find(_session->shown.begin(), _session->shown.end(), swap->frame);
+            if (drawn == _session->shown.end())
                 return failure(fmt::format("a swap of frame {}, which is not ready", swap->frame));
-            _session->shown.pop_front();
+            // Older ones were late, the wall went on without them: they are never shown.
+            _session->shown.erase(_session->shown.begin(), drawn + 1);
             _events.push_back(SwapRequested{swap->frame});
             return {};
         }
@@ -266,7 +268,7 @@ Result<void> ServerNode::frame(std::span<const std::byte> payload) {
     if (!_session->assigned) return failure("a frame before tiles were assigned");
     if (frame->number <= _session->lastFrame)
         return failure(fmt::format("frame {} after frame {}", frame->number, _session->lastFrame));
-    if (_session->drawing.size() + _session->shown.size() >= kMaxFramesUnderWay)
+    if (_session->drawing.size() >= kMaxFramesUnderWay)
         return failure("more frames than this server takes at once");
     FrameRequested request;
     if (!frame->views.empty()) {
@@ -317,6 +319,7 @@ void ServerNode::sendReady(std::uint64_t frame, wire::Ready ready) {
     if (!_session || _session->drawing.empty() || _session->drawing.front() != frame) return;  // of a session gone by
     _session->drawing.pop_front();
     _session->shown.push_back(frame);
+    if (_session->shown.size() > kMaxFramesUnderWay) _session->shown.pop_front();
     ready.frame = static_cast<std::uint16_t>(frame);
     send(ready);
 }

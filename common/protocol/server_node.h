@@ -79,7 +79,8 @@ struct ServerNodeOptions {
 // client with a higher epoch fences its old session; another one is refused by name while the first is alive.
 class ServerNode final : public Endpoint {
  public:
-    // The client may have this many frames under way before it has seen the first one ready.
+    // So many frames may be requested and not ready, and so many ready ones may still be swapped; of more, the oldest
+    // was given up by the client.
     static constexpr std::size_t kMaxFramesUnderWay = 2;
 
     ServerNode(ServerNodeOptions options, TimePoint now);
