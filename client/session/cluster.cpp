@@ -72,8 +72,11 @@ Dealt deal(const std::vector<TileAssignment>& tiles, std::size_t servers) {
 class ConnectedCluster final : public Cluster {
  public:
     ConnectedCluster(protocol::ClusterClientOptions options, std::vector<ServerProcess> processes, bool insecureLan)
-        : _processes(std::move(processes)), _policy(options.policy), _addresses(addressesOf(options)),
-          _client(std::move(options), SteadyClock().now()), _pump(_client, insecureLan) {
+        : _processes(std::move(processes)),
+          _policy(options.policy),
+          _addresses(addressesOf(options)),
+          _client(std::move(options), SteadyClock().now()),
+          _pump(_client, insecureLan) {
         _pump.onTurn([this] { turned(); });
         _network = std::thread([this] { _pump.run(); });
     }
@@ -105,12 +108,15 @@ class ConnectedCluster final : public Cluster {
                 continue;
             }
             _names.push_back(hello->name);
-            _descriptions.push_back(fmt::format("{}: {}, {}, {} (build {})", hello->name, hello->glRenderer, hello->glVersion,
-                                                hello->cpu, hello->build));
+            _descriptions.push_back(fmt::format("{}: {}, {}, {} (build {})", hello->name, hello->glRenderer,
+                                                hello->glVersion, hello->cpu, hello->build));
             if (!first) first = hello;
-            if (hello->glRenderer != first->glRenderer || hello->glVersion != first->glVersion || hello->cpu != first->cpu)
-                log::warning(fmt::format("servers '{}' and '{}' differ in renderer, version or processor: their tiles may "
-                                         "differ in last bits", first->name, hello->name));
+            if (hello->glRenderer != first->glRenderer || hello->glVersion != first->glVersion ||
+                hello->cpu != first->cpu)
+                log::warning(
+                    fmt::format("servers '{}' and '{}' differ in renderer, version or processor: their tiles may "
+                                "differ in last bits",
+                                first->name, hello->name));
         }
         return {};
     }
@@ -221,7 +227,8 @@ class ConnectedCluster final : public Cluster {
         if (_policy == FailurePolicy::Wait && finished->mismatch) {
             if (auto done = drain(); !done) return done.error();
             if (scene) return differing(*finished->mismatch, *scene);
-            return failure(fmt::format("frame {}: the state of server '{}' differs", finished->number, _names[*finished->mismatch]));
+            return failure(fmt::format("frame {}: the state of server '{}' differs", finished->number,
+                                       _names[*finished->mismatch]));
         }
         bool anyConnected = finished->servers.empty();
         for (std::size_t i = 0; i < finished->servers.size(); ++i) {
@@ -238,8 +245,10 @@ class ConnectedCluster final : public Cluster {
             server.shown = outcome.shown;
             report.servers.push_back(std::move(server));
             anyConnected = anyConnected || outcome.connected;
-            if (!outcome.connected) report.lost.push_back(_names[i]);
-            else if (!outcome.shown) report.late.push_back(_names[i]);
+            if (!outcome.connected)
+                report.lost.push_back(_names[i]);
+            else if (!outcome.shown)
+                report.late.push_back(_names[i]);
             std::move(outcome.tiles.begin(), outcome.tiles.end(), std::back_inserter(report.tiles));
         }
         // Embedded servers are started once: nobody brings them back.
@@ -314,7 +323,8 @@ class ConnectedCluster final : public Cluster {
     // Names the first container and field in which a server's state is not ours.
     Error differing(std::size_t server, const Aspect& scene) {
         const auto ours = _digest.containers();
-        const std::string where = fmt::format("frame {}: the state of server '{}' differs", _frameNumber, _names[server]);
+        const std::string where =
+            fmt::format("frame {}: the state of server '{}' differs", _frameNumber, _names[server]);
         ContainerId after;
         auto expected = ours.begin();
         for (;;) {
@@ -329,7 +339,8 @@ class ConnectedCluster final : public Cluster {
                 ++expected;
                 after = id;
             }
-            if (expected != ours.end() && !page->digests.empty() && ContainerId{page->digests.back().first} > expected->first)
+            if (expected != ours.end() && !page->digests.empty() &&
+                ContainerId{page->digests.back().first} > expected->first)
                 break;
             if (!page->more) break;
         }
@@ -367,8 +378,8 @@ class ConnectedCluster final : public Cluster {
 
     std::vector<ServerProcess> _processes;  // destroyed last: they end when their session has
     FailurePolicy _policy;
-    std::vector<std::string> _addresses;    // what servers are called before they said their names
-    protocol::ClusterClient _client;        // on the network thread once that runs
+    std::vector<std::string> _addresses;  // what servers are called before they said their names
+    protocol::ClusterClient _client;      // on the network thread once that runs
     net::AsioPump _pump;
     std::thread _network;
 
@@ -386,7 +397,7 @@ class ConnectedCluster final : public Cluster {
 
     std::string _lastIncident;
     std::uint64_t _frameNumber = 0;
-    std::deque<FrameReport> _reports;     // of frames under way
+    std::deque<FrameReport> _reports;  // of frames under way
     StateDigest _digest;
     wire::BlobHashes _hashes;
     std::vector<std::string> _names;
@@ -432,7 +443,8 @@ Result<std::unique_ptr<Cluster>> Cluster::connect(const ClusterOptions& options,
             client.servers[static_cast<std::size_t>(i)].port = *port;
         }
     } else {
-        for (const ServerAddress& server : options.servers) client.servers.push_back({server.name, server.host, server.port, {}});
+        for (const ServerAddress& server : options.servers)
+            client.servers.push_back({server.name, server.host, server.port, {}});
     }
     Dealt dealt = deal(tiles, client.servers.size());
     client.wall = dealt.wall;

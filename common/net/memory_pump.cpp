@@ -34,7 +34,9 @@ Duration MemoryNetwork::latency() {
     return _options.minLatency + Duration(static_cast<Duration::rep>(random(span + 1)));
 }
 
-void MemoryNetwork::at(TimePoint when, std::function<void()> what) { _events.emplace(Key{when, _sequence++}, std::move(what)); }
+void MemoryNetwork::at(TimePoint when, std::function<void()> what) {
+    _events.emplace(Key{when, _sequence++}, std::move(what));
+}
 
 void MemoryNetwork::add(Endpoint& endpoint, std::function<void()> hook) {
     _hosts[&endpoint].hook = std::move(hook);
@@ -82,18 +84,30 @@ void MemoryNetwork::resume(Endpoint& endpoint) {
 
 void MemoryNetwork::reach(Endpoint* endpoint, std::function<void()> what) {
     const auto host = _hosts.find(endpoint);
-    if (host != _hosts.end() && (host->second.silent || host->second.paused)) host->second.held.push_back(std::move(what));
-    else what();
+    if (host != _hosts.end() && (host->second.silent || host->second.paused))
+        host->second.held.push_back(std::move(what));
+    else
+        what();
 }
 
 void MemoryNetwork::reset(Endpoint& endpoint) {
     const auto& connections = _hosts[&endpoint].connections;
     if (connections.empty()) return;
     const std::uint64_t pipe = connections[random(connections.size())].second;
+    _pipes[pipe].cut = true;
     for (const int side : {0, 1}) endReaches(pipe, side, "connection reset by peer");
 }
 
-void MemoryNetwork::poke(Endpoint& endpoint) { turn(endpoint); }
+void MemoryNetwork::resetHalf(Endpoint& endpoint) {
+    const auto connections = _hosts[&endpoint].connections;
+    for (const auto& [id, pipe] : connections) _pipes[pipe].cut = true;
+    for (const auto& [id, pipe] : connections)
+        endReaches(pipe, 1 - sideOf(_pipes[pipe], &endpoint, id), "connection reset by peer");
+}
+
+void MemoryNetwork::poke(Endpoint& endpoint) {
+    turn(endpoint);
+}
 
 int MemoryNetwork::sideOf(const Pipe& pipe, const Endpoint* endpoint, ConnectionId id) const {
     return pipe.ends[0].endpoint == endpoint && pipe.ends[0].id == id ? 0 : 1;
@@ -185,16 +199,17 @@ void MemoryNetwork::transmit(std::uint64_t number, int from, std::vector<std::by
         if (_options.splitReads && random(2) == 0) size = std::min<std::size_t>(size, 1 + random(64));
         end.busyUntil = std::max(end.busyUntil, _now + latency());
         const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(offset);
-        at(end.busyUntil, [this, number, from, piece = std::vector<std::byte>(begin, begin + static_cast<std::ptrdiff_t>(size))] {
-            deliver(number, 1 - from, piece);
-        });
+        at(end.busyUntil,
+           [this, number, from, piece = std::vector<std::byte>(begin, begin + static_cast<std::ptrdiff_t>(size))] {
+               deliver(number, 1 - from, piece);
+           });
         offset += size;
     }
 }
 
 void MemoryNetwork::deliver(std::uint64_t number, int to, const std::vector<std::byte>& bytes) {
     const auto found = _pipes.find(number);
-    if (found == _pipes.end() || found->second.ends[to].gone) return;
+    if (found == _pipes.end() || found->second.ends[to].gone || found->second.cut) return;
     const End end = found->second.ends[to];
     if (!end.endpoint) {
         found->second.answer->insert(found->second.answer->end(), bytes.begin(), bytes.end());
@@ -216,11 +231,13 @@ void MemoryNetwork::deliver(std::uint64_t number, int to, const std::vector<std:
 
 // The other side sees the end after what was sent before it.
 void MemoryNetwork::hangUp(std::uint64_t number, int from) {
+    if (_pipes[number].cut) return;
     End& end = _pipes[number].ends[from];
     end.busyUntil = std::max(end.busyUntil, _now + latency());
     const auto host = _hosts.find(end.endpoint);
     if (host != _hosts.end() && host->second.silent) {
-        host->second.held.push_back([this, number, from] { endReaches(number, 1 - from, "the connection was closed"); });
+        host->second.held.push_back(
+            [this, number, from] { endReaches(number, 1 - from, "the connection was closed"); });
         return;
     }
     at(end.busyUntil, [this, number, from] { endReaches(number, 1 - from, "the connection was closed"); });
@@ -246,7 +263,8 @@ void MemoryNetwork::endOf(std::uint64_t number, int side, const std::string& rea
     end.endpoint->closed(end.id, reason, _now);
     turn(*end.endpoint);
     // The far side learns of it as well when it has not ended itself.
-    if (const auto again = _pipes.find(number); again != _pipes.end() && !again->second.ends[1 - side].gone) hangUp(number, side);
+    if (const auto again = _pipes.find(number); again != _pipes.end() && !again->second.ends[1 - side].gone)
+        hangUp(number, side);
 }
 
 MemoryNetwork::Stranger MemoryNetwork::dial(const std::string& host, std::uint16_t port) {
@@ -270,7 +288,9 @@ void MemoryNetwork::Stranger::send(std::span<const std::byte> bytes) {
     _network->transmit(_pipe, 0, {bytes.begin(), bytes.end()});
 }
 
-void MemoryNetwork::Stranger::close() { _network->hangUp(_pipe, 0); }
+void MemoryNetwork::Stranger::close() {
+    _network->hangUp(_pipe, 0);
+}
 
 bool MemoryNetwork::step(TimePoint limit) {
     TimePoint next = _events.empty() ? TimePoint::max() : _events.begin()->first.first;
@@ -303,6 +323,13 @@ bool MemoryNetwork::runUntil(const std::function<bool()>& condition, Duration li
     while (!condition())
         if (!step(end)) return condition();
     return true;
+}
+
+std::size_t MemoryNetwork::queued(Endpoint& endpoint) {
+    std::size_t sum = 0;
+    for (const auto& [id, pipe] : _hosts[&endpoint].connections)
+        if (const protocol::SendQueue* queue = endpoint.output(id)) sum += queue->size();
+    return sum;
 }
 
 void MemoryNetwork::run(Duration time) {

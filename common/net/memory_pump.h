@@ -39,8 +39,10 @@ class MemoryNetwork {
     void setSilent(protocol::Endpoint& endpoint, bool silent);
     // While paused its program does nothing (a stopped process): what arrives waits for it, its timers too.
     void setPaused(protocol::Endpoint& endpoint, bool paused);
-    // Resets one of its connections, if it has any: both sides lose what is under way.
+    // Resets one of its connections, if it has any: what is under way is lost.
     void reset(protocol::Endpoint& endpoint);
+    // Resets all of them, but only the other sides are told: the endpoint finds out by their silence.
+    void resetHalf(protocol::Endpoint& endpoint);
     // After its program changed the endpoint outside a hook.
     void poke(protocol::Endpoint& endpoint);
 
@@ -65,6 +67,9 @@ class MemoryNetwork {
     };
     Stranger dial(const std::string& host, std::uint16_t port);
 
+    // Bytes that wait in the queues of its connections.
+    std::size_t queued(protocol::Endpoint& endpoint);
+
     // Bytes that were delivered, all connections together.
     std::uint64_t delivered() const { return _delivered; }
 
@@ -73,13 +78,13 @@ class MemoryNetwork {
         std::function<void()> hook;
         bool silent = false;
         bool paused = false;
-        std::vector<std::function<void()>> held;  // what waits for the end of either
+        std::vector<std::function<void()>> held;                                    // what waits for the end of either
         std::vector<std::pair<protocol::ConnectionId, std::uint64_t>> connections;  // and their pipes
     };
     struct End {
         protocol::Endpoint* endpoint = nullptr;  // null: a stranger's
         protocol::ConnectionId id = 0;
-        TimePoint busyUntil{};  // deliveries keep their order
+        TimePoint busyUntil{};     // deliveries keep their order
         std::size_t underWay = 0;  // bytes sent from here and not delivered
         bool gone = false;
     };
@@ -87,6 +92,7 @@ class MemoryNetwork {
         End ends[2];
         std::shared_ptr<std::vector<std::byte>> answer;
         std::shared_ptr<bool> closed;
+        bool cut = false;  // nothing passes, neither bytes nor the end
     };
     using Key = std::pair<TimePoint, std::uint64_t>;
 

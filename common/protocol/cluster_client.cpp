@@ -14,7 +14,9 @@ using wire::MessageType;
 namespace {
 
 // Dial tags: 1 + 2 * server, one more for its bulk connection.
-std::uint64_t tagOf(std::size_t server, bool bulk) { return 1 + 2 * server + (bulk ? 1 : 0); }
+std::uint64_t tagOf(std::size_t server, bool bulk) {
+    return 1 + 2 * server + (bulk ? 1 : 0);
+}
 
 // Incidents kept for a caller that does not ask.
 constexpr std::size_t kMaxIncidents = 256;
@@ -22,8 +24,11 @@ constexpr std::size_t kMaxIncidents = 256;
 }  // namespace
 
 ClusterClient::ClusterClient(ClusterClientOptions options, TimePoint now)
-    : _options(std::move(options)), _phaseStart(now), _history(_options.historyBytes, _options.historyFrames),
-      _pacing(_options.policy), _random(_options.token.low ^ _options.token.high) {
+    : _options(std::move(options)),
+      _phaseStart(now),
+      _history(_options.historyBytes, _options.historyFrames),
+      _pacing(_options.policy),
+      _random(_options.token.low ^ _options.token.high) {
     UMBRIEL_ASSERT(_options.latency == 0 || _options.latency == 1, "a server takes two frames at once");
     _options.identity.role = wire::Role::Client;
     _options.identity.token = _options.token;
@@ -100,9 +105,13 @@ void ClusterClient::dialFailed(std::uint64_t dialTag, const Error& reason, TimeP
         server.redialBulk = bulk;
         server.redialAt = now + _options.redialAfter;
     } else if (bulk) {
-        if (server.session.controlOpen) lose(index, fmt::format("the bulk connection to {} cannot be opened: {}", textOf(index), reason.message), now);
+        if (server.session.controlOpen)
+            lose(index, fmt::format("the bulk connection to {} cannot be opened: {}", textOf(index), reason.message),
+                 now);
     } else {
-        if (changed) report(ServerIncident::Kind::Refused, index, fmt::format("{} cannot be reached: {}", textOf(index), reason.message));
+        if (changed)
+            report(ServerIncident::Kind::Refused, index,
+                   fmt::format("{} cannot be reached: {}", textOf(index), reason.message));
         redialLater(server, now);
     }
     progress(now);
@@ -120,8 +129,10 @@ void ClusterClient::written(ConnectionId connection, TimePoint) {
     const auto found = _peers.find(connection);
     if (found == _peers.end() || !found->second.known) return;
     Server& server = _servers[found->second.server];
-    if (connection == server.session.bulk) server.session.sender.fill(*found->second.link);
-    else if (connection == server.session.control) feed(server);
+    if (connection == server.session.bulk)
+        server.session.sender.fill(*found->second.link);
+    else if (connection == server.session.control)
+        feed(server);
 }
 
 void ClusterClient::closed(ConnectionId connection, const std::string& reason, TimePoint now) {
@@ -148,11 +159,12 @@ void ClusterClient::advance(TimePoint now) {
         dial(i, std::exchange(server.redialBulk, false));
     }
     if (_phase == Phase::Connecting && now >= _phaseStart + _options.connectTimeout) connectingTimedOut();
-    if (!_running.empty() && _options.frameTimeout.count() > 0 && now >= _running.front().start + _options.frameTimeout) {
+    if (!_running.empty() && _options.frameTimeout.count() > 0 &&
+        now >= _running.front().start + _options.frameTimeout) {
         std::string names;
         for (const std::string& name : waitingFor()) names += (names.empty() ? "" : ", ") + name;
-        return fail(fmt::format("frame {} is not drawn within {:.1f} s: still waiting for {}", _running.front().frame.number,
-                                toSeconds(_options.frameTimeout), names));
+        return fail(fmt::format("frame {} is not drawn within {:.1f} s: still waiting for {}",
+                                _running.front().frame.number, toSeconds(_options.frameTimeout), names));
     }
     progress(now);
 }
@@ -177,7 +189,8 @@ void ClusterClient::connectingTimedOut() {
         const Server& server = _servers[i];
         if (connected(server)) continue;
         const double seconds = toSeconds(_options.connectTimeout);
-        if (server.remote.host.empty()) return fail(fmt::format("{} has not dialled within {:.1f} s", textOf(i), seconds));
+        if (server.remote.host.empty())
+            return fail(fmt::format("{} has not dialled within {:.1f} s", textOf(i), seconds));
         if (server.session.control != 0)
             return fail(fmt::format("{} does not complete the handshake within {:.1f} s", textOf(i), seconds));
         return fail(fmt::format("{} cannot be reached: {}; is umbriel-server running there?", textOf(i),
@@ -242,7 +255,9 @@ void ClusterClient::drain(ConnectionId connection, TimePoint now) {
                 drop(connection);
                 if (!ours) break;
                 const RemoteServer& remote = _servers[server].remote;
-                lose(server, remote.host.empty() ? reason : fmt::format("{} (at {}:{})", reason, remote.host, remote.port), now);
+                lose(server,
+                     remote.host.empty() ? reason : fmt::format("{} (at {}:{})", reason, remote.host, remote.port),
+                     now);
                 break;
             }
         }
@@ -287,7 +302,8 @@ void ClusterClient::redialLater(Server& server, TimePoint now) {
     z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
     z ^= z >> 31;
     const Duration pause = std::min(_options.rejoinMost, _options.rejoinLeast * (1 << std::min(server.failures, 16)));
-    server.redialAt = now + pause / 2 + Duration(static_cast<Duration::rep>(z % static_cast<std::uint64_t>(pause.count() / 2 + 1)));
+    server.redialAt =
+        now + pause / 2 + Duration(static_cast<Duration::rep>(z % static_cast<std::uint64_t>(pause.count() / 2 + 1)));
     server.redialBulk = false;
     ++server.failures;
 }
@@ -305,7 +321,8 @@ void ClusterClient::greeted(ConnectionId connection, Peer& peer) {
         const bool ours = !bulk || (hello.token == _options.token && hello.epoch == _options.epoch);
         const auto found = std::find_if(_servers.begin(), _servers.end(), [&](const Server& server) {
             const Session& session = server.session;
-            return server.remote.host.empty() && (bulk ? session.controlOpen && session.bulk == 0 : session.control == 0) &&
+            return server.remote.host.empty() &&
+                   (bulk ? session.controlOpen && session.bulk == 0 : session.control == 0) &&
                    (server.remote.name.empty() || server.remote.name == hello.name);
         });
         if (!ours || found == _servers.end())
@@ -338,7 +355,8 @@ void ClusterClient::linkOpen(ConnectionId connection, Peer& peer) {
         if (!server.remote.host.empty()) dial(peer.server, true);
     }
     if (_phase != Phase::Connecting) return;
-    if (!std::all_of(_servers.begin(), _servers.end(), [](const Server& one) { return one.session.connected(); })) return;
+    if (!std::all_of(_servers.begin(), _servers.end(), [](const Server& one) { return one.session.connected(); }))
+        return;
     _phase = Phase::Idle;
     for (Server& one : _servers) one.session.waitedFor = true;
 }
@@ -361,7 +379,8 @@ void ClusterClient::assign(PixelSize wall, std::vector<std::vector<TileAssignmen
         if (!server.session.controlOpen) continue;
         // In order with the frames before it that still wait for room.
         server.session.outbox.emplace_back(
-            MessageType::Assign, std::make_shared<const wire::Bytes>(wire::encode(wire::Assign{wall, server.remote.tiles})));
+            MessageType::Assign,
+            std::make_shared<const wire::Bytes>(wire::encode(wire::Assign{wall, server.remote.tiles})));
         feed(server);
     }
 }
@@ -381,9 +400,12 @@ std::vector<std::string> ClusterClient::waitingFor() const {
     for (std::size_t i = 0; i < _servers.size(); ++i) {
         const Server& server = _servers[i];
         bool done = true;
-        if (_phase == Phase::Connecting) done = server.session.connected();
-        else if (_phase == Phase::Digests) done = i != _digestServer;
-        else if (_phase == Phase::Explaining) done = server.explanation.has_value();
+        if (_phase == Phase::Connecting)
+            done = server.session.connected();
+        else if (_phase == Phase::Digests)
+            done = i != _digestServer;
+        else if (_phase == Phase::Explaining)
+            done = server.explanation.has_value();
         else if (!_running.empty())
             if (const Part& part = _running.front().parts[i]; part.waitedFor) done = part.ready && part.tilesDone;
         if (!done) names.push_back(textOf(i));
@@ -398,7 +420,8 @@ void ClusterClient::beginDigestQuery(std::size_t index, const wire::DigestQuery&
     if (!_servers[index].session.connected()) return;
     _phase = Phase::Digests;
     _digestServer = index;
-    if (!link(_servers[index].session.control)->send(query)) fail(fmt::format("{} cannot be asked for its digests", textOf(index)));
+    if (!link(_servers[index].session.control)->send(query))
+        fail(fmt::format("{} cannot be asked for its digests", textOf(index)));
 }
 
 void ClusterClient::beginExplain() {
@@ -412,7 +435,8 @@ void ClusterClient::beginExplain() {
             continue;
         }
         _phase = Phase::Explaining;
-        if (!link(server.session.control)->send(wire::Explain{})) return fail(fmt::format("{} cannot be asked to explain", textOf(i)));
+        if (!link(server.session.control)->send(wire::Explain{}))
+            return fail(fmt::format("{} cannot be asked to explain", textOf(i)));
     }
 }
 
@@ -437,7 +461,9 @@ void ClusterClient::leave(const std::string& reason) {
     if (!_error) _error = failure(reason);
 }
 
-void ClusterClient::fail(std::string message) { fail(failure(std::move(message))); }
+void ClusterClient::fail(std::string message) {
+    fail(failure(std::move(message)));
+}
 
 void ClusterClient::fail(Error error) {
     if (_error) return;

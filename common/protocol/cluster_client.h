@@ -20,28 +20,28 @@
 namespace umbriel::protocol {
 
 struct RemoteServer {
-    std::string name;             // what it must call itself; empty: whatever it does
-    std::string host;             // empty: it dials us
+    std::string name;  // what it must call itself; empty: whatever it does
+    std::string host;  // empty: it dials us
     std::uint16_t port = 0;
     std::vector<TileAssignment> tiles;
 };
 
 struct ClusterClientOptions {
-    wire::Hello identity;         // name, build, type signature; role and channel are set here
-    wire::Token token;            // 128 random bits
-    std::uint32_t epoch = 1;      // of the first session with every server; later ones count up
+    wire::Hello identity;     // name, build, type signature; role and channel are set here
+    wire::Token token;        // 128 random bits
+    std::uint32_t epoch = 1;  // of the first session with every server; later ones count up
     LinkOptions link;
     Duration connectTimeout = std::chrono::seconds(5);
     Duration redialAfter = std::chrono::milliseconds(250);  // while connecting
-    Duration frameTimeout{0};     // 0: none; else a frame that takes longer is an error, whatever the policy
+    Duration frameTimeout{0};  // 0: none; else a frame that takes longer is an error, whatever the policy
     FailurePolicy policy = FailurePolicy::Wait;
-    int latency = 0;              // frames that may be under way when a request is over: 0 or 1
-    bool startIncomplete = false; // not under Wait: start with the servers that connect in time, others join later
+    int latency = 0;               // frames that may be under way when a request is over: 0 or 1
+    bool startIncomplete = false;  // not under Wait: start with the servers that connect in time, others join later
     // After a loss: from least, doubled up to most, half of it random. A server that comes back is to be whole within
     // 2 s, which the longest pause and one futile handshake must leave room for.
     Duration rejoinLeast = std::chrono::milliseconds(100);
-    Duration rejoinMost = std::chrono::milliseconds(1000);
-    Duration rejoinHandshake = std::chrono::milliseconds(750);
+    Duration rejoinMost = std::chrono::milliseconds(800);
+    Duration rejoinHandshake = std::chrono::milliseconds(600);
     // Changes kept for servers that are behind; beyond that they need a snapshot.
     std::uint64_t historyBytes = std::uint64_t{64} << 20;
     std::size_t historyFrames = 256;
@@ -55,15 +55,15 @@ struct SceneSnapshot {
 };
 
 struct OutgoingFrame {
-    std::uint64_t number = 0;                           // counts from 1 without gaps
+    std::uint64_t number = 0;  // counts from 1 without gaps
     bool wantPixels = false;
-    bool fromNothing = false;                           // the changes are a snapshot, for every server
+    bool fromNothing = false;  // the changes are a snapshot, for every server
     double time = 0.0;
-    wire::Bytes views;                                  // encodeViews
-    std::vector<wire::Bytes> changes;                   // encodeChanges' parts, each at most kChunkBytes
-    std::map<Hash128, MultiStorage> blobs;              // what the changes refer to; servers fetch what they lack
-    std::optional<SceneSnapshot> snapshot;              // the scene after this frame, when wantsSnapshot() asked for it
-    std::uint64_t digest = 0;                           // of the state that every server must have
+    wire::Bytes views;                      // encodeViews
+    std::vector<wire::Bytes> changes;       // encodeChanges' parts, each at most kChunkBytes
+    std::map<Hash128, MultiStorage> blobs;  // what the changes refer to; servers fetch what they lack
+    std::optional<SceneSnapshot> snapshot;  // the scene after this frame, when wantsSnapshot() asked for it
+    std::uint64_t digest = 0;               // of the state that every server must have
 };
 
 struct ServerOutcome {
@@ -79,11 +79,11 @@ struct ServerOutcome {
 // What happened to a server, for the log: each thing once.
 struct ServerIncident {
     enum class Kind {
-        Late,      // it missed a frame's deadline; its tile holds its last picture
-        Lost,      // its session ended
-        Refused,   // it cannot be reached again, with the reason; once for every reason
-        Differing, // its state is not the client's; it gets a snapshot
-        Rejoined   // it shows what the others show
+        Late,       // it missed a frame's deadline; its tile holds its last picture
+        Lost,       // its session ended
+        Refused,    // it cannot be reached again, with the reason; once for every reason
+        Differing,  // its state is not the client's; it gets a snapshot
+        Rejoined    // it shows what the others show
     };
     Kind kind = Kind::Lost;
     std::size_t server = 0;
@@ -91,10 +91,10 @@ struct ServerIncident {
 };
 
 // The client's side of the protocol: reaches every server, hands out tiles, and runs frames in step: a frame is swapped
-// when every server has drawn it from the state whose digest the client has, or when those that have not are late by the
-// policy's deadline. A late server goes on from where it is: it gets what changed meanwhile when it has answered. A lost
-// one is reached again and starts from a snapshot. Neither is waited for before it has answered one frame in time, so
-// it holds the others up once. One request at a time: it is over when isBusy() is false again.
+// when every server has drawn it from the state whose digest the client has, or when those that have not are late by
+// the policy's deadline. A late server goes on from where it is: it gets what changed meanwhile when it has answered. A
+// lost one is reached again and starts from a snapshot. Neither is waited for before it has answered one frame in time,
+// so it holds the others up once. One request at a time: it is over when isBusy() is false again.
 class ClusterClient final : public Endpoint {
  public:
     ClusterClient(ClusterClientOptions options, TimePoint now);
@@ -111,7 +111,8 @@ class ClusterClient final : public Endpoint {
 
     // Connecting counts as the first request.
     bool isBusy() const {
-        return !_error && (_phase != Phase::Idle || _running.size() > (_finishing ? 0 : static_cast<std::size_t>(_options.latency)));
+        return !_error && (_phase != Phase::Idle ||
+                           _running.size() > (_finishing ? 0 : static_cast<std::size_t>(_options.latency)));
     }
     // What ended the cluster: a lost or refusing server (under Wait, or while connecting). Nothing works after it.
     const std::optional<Error>& error() const { return _error; }
@@ -126,8 +127,8 @@ class ClusterClient final : public Endpoint {
     // Of changes kept for servers that are behind.
     std::uint64_t historyBytes() const { return _history.bytes(); }
 
-    // Between requests, with no frame under way: another wall, cut into other tiles, for each server in the order of the
-    // options.
+    // Between requests, with no frame under way: another wall, cut into other tiles, for each server in the order of
+    // the options.
     void assign(PixelSize wall, std::vector<std::vector<TileAssignment>> tiles);
     // Over when at most `latency` frames are under way.
     void beginFrame(OutgoingFrame frame, TimePoint now);
@@ -185,13 +186,13 @@ class ClusterClient final : public Endpoint {
         bool controlOpen = false;
         bool bulkOpen = false;
         bool needsSnapshot = true;
-        bool waitedFor = false;            // frames wait for it
-        std::uint64_t upTo = 0;            // all changes up to this frame were sent
-        std::uint64_t pixelsUpTo = 0;      // the last frame whose pixels were asked for
-        int mismatches = 0;                // digests in a row that differ
-        wire::Bytes views;                 // as it has them
+        bool waitedFor = false;        // frames wait for it
+        std::uint64_t upTo = 0;        // all changes up to this frame were sent
+        std::uint64_t pixelsUpTo = 0;  // the last frame whose pixels were asked for
+        int mismatches = 0;            // digests in a row that differ
+        wire::Bytes views;             // as it has them
         std::optional<double> time;
-        std::uint64_t bytesBefore = 0;     // link counters when the last frame was over
+        std::uint64_t bytesBefore = 0;  // link counters when the last frame was over
         std::deque<Sent> sent;
         std::deque<std::pair<wire::MessageType, std::shared_ptr<const wire::Bytes>>> outbox;  // for control
         BulkSender sender;
@@ -200,14 +201,14 @@ class ClusterClient final : public Endpoint {
     struct Server {
         RemoteServer remote;
         Session session;
-        std::uint32_t sessions = 0;        // dialled so far
-        bool dialling = false;             // a control connection
-        std::string lastFailure;           // of dialling
+        std::uint32_t sessions = 0;  // dialled so far
+        bool dialling = false;       // a control connection
+        std::string lastFailure;     // of dialling
         std::optional<TimePoint> redialAt;
         bool redialBulk = false;
-        int failures = 0;                  // since it was whole
-        bool whole = true;                 // shows what the others show
-        bool lost = false;                 // after it was connected once, or at the start
+        int failures = 0;   // since it was whole
+        bool whole = true;  // shows what the others show
+        bool lost = false;  // after it was connected once, or at the start
         std::optional<std::string> explanation;
     };
     // What a running frame is to one server.
@@ -236,7 +237,7 @@ class ClusterClient final : public Endpoint {
         std::vector<EncodedFrame> encoded;
         std::vector<Part> parts;
         bool swapped = false;
-        std::optional<TimePoint> deadlineFrom;  // since when half of those that are waited for are done
+        std::optional<TimePoint> due;  // set when half of those that are waited for are done
         std::optional<std::size_t> mismatch;
     };
 
@@ -249,7 +250,9 @@ class ClusterClient final : public Endpoint {
     // The session is over: an error of the whole under Wait and while connecting, else the server is reached again.
     void lose(std::size_t server, const std::string& reason, TimePoint now);
     void redialLater(Server& server, TimePoint now);
-    bool endsTheCluster() const { return _options.policy == FailurePolicy::Wait || (_phase == Phase::Connecting && !_options.startIncomplete); }
+    bool endsTheCluster() const {
+        return _options.policy == FailurePolicy::Wait || (_phase == Phase::Connecting && !_options.startIncomplete);
+    }
     std::uint64_t bytesSent(const Server& server) const;
     void report(ServerIncident::Kind kind, std::size_t server, std::string text);
     void fail(std::string message);
@@ -272,7 +275,7 @@ class ClusterClient final : public Endpoint {
     bool tilesOver(Running& running, TimePoint now);
     void swap(std::size_t server, std::uint64_t frame);
     void finishFrame(Running& running, TimePoint now);
-    // Whether done of these many: sets and looks at the running frame's deadline.
+    // With so many of those that are waited for done: sets the running frame's deadline, says whether it is over.
     bool isDue(Running& running, std::size_t done, std::size_t of, TimePoint now);
     std::optional<TimePoint> dueAt() const;
     std::optional<Duration> allowanceOf(const Running& running) const;

@@ -19,12 +19,18 @@ constexpr std::size_t kMaxFinished = 4;
 // So many digests in a row that differ: a snapshot does not help this server.
 constexpr int kMaxMismatches = 2;
 
-std::shared_ptr<const wire::Bytes> shared(wire::Bytes bytes) { return std::make_shared<const wire::Bytes>(std::move(bytes)); }
+// A frame that no server draws takes this long.
+constexpr Duration kNobodyPause = std::chrono::milliseconds(100);
+
+std::shared_ptr<const wire::Bytes> shared(wire::Bytes bytes) {
+    return std::make_shared<const wire::Bytes>(std::move(bytes));
+}
 
 }  // namespace
 
 void ClusterClient::beginFrame(OutgoingFrame frame, TimePoint now) {
-    UMBRIEL_ASSERT(_phase == Phase::Idle && _running.size() <= static_cast<std::size_t>(_options.latency), "one request at a time");
+    UMBRIEL_ASSERT(_phase == Phase::Idle && _running.size() <= static_cast<std::size_t>(_options.latency),
+                   "one request at a time");
     if (_error) return;
     _finishing = false;
     Running& running = _running.emplace_back();
@@ -38,7 +44,8 @@ void ClusterClient::beginFrame(OutgoingFrame frame, TimePoint now) {
         running.delta = changes;
         _history.add(std::move(changes));
         if (frame.snapshot)
-            running.snapshot = packChanges(frame.number, std::move(frame.snapshot->parts), std::move(frame.snapshot->blobs));
+            running.snapshot =
+                packChanges(frame.number, std::move(frame.snapshot->parts), std::move(frame.snapshot->blobs));
     }
     running.frame = std::move(frame);
     const auto canDraw = [&](const Server& server) {
@@ -69,8 +76,10 @@ void ClusterClient::sendFrame(std::size_t index, Running& running, TimePoint now
     const bool known = !frame.fromNothing && !session.needsSnapshot;
     if (known) {
         auto since = _history.since(session.upTo);
-        if (since) changes = std::move(*since);
-        else session.needsSnapshot = true;
+        if (since)
+            changes = std::move(*since);
+        else
+            session.needsSnapshot = true;
     }
     const bool fromNothing = frame.fromNothing || session.needsSnapshot;
     if (fromNothing) {
@@ -101,9 +110,11 @@ void ClusterClient::sendFrame(std::size_t index, Running& running, TimePoint now
     feed(server);
 }
 
-std::shared_ptr<const wire::Bytes> ClusterClient::frameMessage(Running& running, bool fromNothing, bool withViews, bool withTime) {
+std::shared_ptr<const wire::Bytes> ClusterClient::frameMessage(Running& running, bool fromNothing, bool withViews,
+                                                               bool withTime) {
     for (const EncodedFrame& one : running.encoded)
-        if (one.fromNothing == fromNothing && one.withViews == withViews && one.withTime == withTime) return one.payload;
+        if (one.fromNothing == fromNothing && one.withViews == withViews && one.withTime == withTime)
+            return one.payload;
     wire::Frame message;
     message.number = running.frame.number;
     message.wantPixels = running.frame.wantPixels;
@@ -125,7 +136,8 @@ void ClusterClient::feed(Server& server) {
     }
 }
 
-Result<void> ClusterClient::message(std::size_t index, MessageType type, std::span<const std::byte> payload, TimePoint now) {
+Result<void> ClusterClient::message(std::size_t index, MessageType type, std::span<const std::byte> payload,
+                                    TimePoint now) {
     Server& server = _servers[index];
     switch (type) {
         case MessageType::Ready: {
@@ -145,8 +157,10 @@ Result<void> ClusterClient::message(std::size_t index, MessageType type, std::sp
                 const MultiStorage* content = nullptr;
                 for (const Sent& sent : server.session.sent)
                     for (const auto& changes : sent.changes)
-                        if (const auto found = changes->blobs.find(hash); found != changes->blobs.end()) content = &found->second;
-                if (!content) return failure(fmt::format("it asks for blob {}, which is not in this frame", toHex(hash)));
+                        if (const auto found = changes->blobs.find(hash); found != changes->blobs.end())
+                            content = &found->second;
+                if (!content)
+                    return failure(fmt::format("it asks for blob {}, which is not in this frame", toHex(hash)));
                 server.session.sender.addBlob(hash, *content);
             }
             if (Link* bulk = link(server.session.bulk)) server.session.sender.fill(*bulk);
@@ -160,7 +174,8 @@ Result<void> ClusterClient::message(std::size_t index, MessageType type, std::sp
         case MessageType::DigestReply: {
             auto reply = wire::decode<wire::DigestReply>(payload);
             if (!reply) return reply.error();
-            if (_phase != Phase::Digests || index != _digestServer) return failure("it sends digests that nobody asked for");
+            if (_phase != Phase::Digests || index != _digestServer)
+                return failure("it sends digests that nobody asked for");
             _digests = std::move(*reply);
             _phase = Phase::Idle;
             return {};
@@ -198,7 +213,8 @@ Result<void> ClusterClient::ready(std::size_t index, const wire::Ready& message,
     if (!right) {
         // What it draws is not the scene: it shows nothing of it, and starts again from a snapshot.
         if (++session.mismatches >= kMaxMismatches)
-            return failure(fmt::format("its state differs from the client's in frame {}, although it had a snapshot", sent.number));
+            return failure(fmt::format("its state differs from the client's in frame {}, although it had a snapshot",
+                                       sent.number));
         session.needsSnapshot = true;
         session.waitedFor = false;
         server.whole = false;
@@ -254,17 +270,18 @@ std::optional<Duration> ClusterClient::allowanceOf(const Running& running) const
 bool ClusterClient::isDue(Running& running, std::size_t done, std::size_t of, TimePoint now) {
     const auto allowance = allowanceOf(running);
     if (!allowance) return false;
-    // With nobody to wait for, the deadline keeps the caller from running in circles until a server is back.
-    if (of == 0 && !running.deadlineFrom) running.deadlineFrom = running.start;
-    if (2 * done >= of && of > 0 && done > 0 && !running.deadlineFrom) running.deadlineFrom = now;
-    return running.deadlineFrom && now >= *running.deadlineFrom + *allowance;
+    if (of == 0) {
+        // Nobody to wait for. The pause keeps the caller from running in circles; a server that needs a snapshot needs
+        // the next frame.
+        running.due = std::min(running.due.value_or(TimePoint::max()), running.start + kNobodyPause);
+        return now >= *running.due || wantsSnapshot();
+    }
+    if (!running.due && done > 0 && 2 * done >= of) running.due = now + *allowance;
+    return running.due && now >= *running.due;
 }
 
 std::optional<TimePoint> ClusterClient::dueAt() const {
-    if (_running.empty() || !_running.front().deadlineFrom) return std::nullopt;
-    const auto allowance = allowanceOf(_running.front());
-    if (!allowance) return std::nullopt;
-    return *_running.front().deadlineFrom + *allowance;
+    return _running.empty() ? std::nullopt : _running.front().due;
 }
 
 // True when the frame was swapped, or is over without.
@@ -280,9 +297,11 @@ bool ClusterClient::swapWhenReady(Running& running, TimePoint now) {
     if (!all && !due) return false;
     const std::uint64_t number = running.frame.number;
     for (std::size_t i = 0; i < running.parts.size(); ++i)
-        if (running.parts[i].ready && running.parts[i].outcome.ready.digest != running.frame.digest && !running.mismatch)
+        if (running.parts[i].ready && running.parts[i].outcome.ready.digest != running.frame.digest &&
+            !running.mismatch)
             running.mismatch = i;
-    if (running.mismatch && _options.policy == FailurePolicy::Wait) return true;  // nothing is shown: the caller asks what differs
+    if (running.mismatch && _options.policy == FailurePolicy::Wait)
+        return true;  // nothing is shown: the caller asks what differs
     for (std::size_t i = 0; i < running.parts.size(); ++i) {
         Part& part = running.parts[i];
         if (part.waitedFor && !part.ready) becameLate(i, number);
@@ -297,7 +316,7 @@ bool ClusterClient::swapWhenReady(Running& running, TimePoint now) {
     }
     if (_error) return true;
     running.swapped = true;
-    running.deadlineFrom.reset();
+    running.due.reset();
     _lastSwapped = number;
     if (done > 0) _pacing.took(now - running.start);
     return true;
@@ -308,8 +327,10 @@ void ClusterClient::becameLate(std::size_t index, std::uint64_t frame) {
     server.session.waitedFor = false;
     for (Running& later : _running) later.parts[index].waitedFor = false;
     if (!std::exchange(server.whole, false)) return;
-    report(ServerIncident::Kind::Late, index, fmt::format("{} is late with frame {}: the wall goes on, its tiles hold their "
-                                                          "last picture", textOf(index), frame));
+    report(ServerIncident::Kind::Late, index,
+           fmt::format("{} is late with frame {}: the wall goes on, its tiles hold their "
+                       "last picture",
+                       textOf(index), frame));
 }
 
 void ClusterClient::swap(std::size_t index, std::uint64_t frame) {
@@ -359,7 +380,8 @@ void ClusterClient::finishFrame(Running& running, TimePoint) {
 }
 
 std::vector<ClusterClient::Finished> ClusterClient::takeFinished() {
-    std::vector<Finished> finished(std::make_move_iterator(_finished.begin()), std::make_move_iterator(_finished.end()));
+    std::vector<Finished> finished(std::make_move_iterator(_finished.begin()),
+                                   std::make_move_iterator(_finished.end()));
     _finished.clear();
     return finished;
 }

@@ -61,15 +61,15 @@ struct JobCancelled {
 };
 }  // namespace server_event
 
-using ServerEvent =
-    std::variant<server_event::SessionStarted, server_event::SessionEnded, server_event::Assigned,
-                 server_event::FrameRequested, server_event::SwapRequested, server_event::BlobArrived,
-                 server_event::DigestAsked, server_event::ExplainAsked, server_event::JobOffered, server_event::JobCancelled>;
+using ServerEvent = std::variant<server_event::SessionStarted, server_event::SessionEnded, server_event::Assigned,
+                                 server_event::FrameRequested, server_event::SwapRequested, server_event::BlobArrived,
+                                 server_event::DigestAsked, server_event::ExplainAsked, server_event::JobOffered,
+                                 server_event::JobCancelled>;
 
 struct ServerNodeOptions {
-    wire::Hello identity;        // name, build, type signature, GL and CPU; role and channel are set here
+    wire::Hello identity;  // name, build, type signature, GL and CPU; role and channel are set here
     LinkOptions link;
-    std::string dialHost;        // not empty: reach the client there instead of waiting for it
+    std::string dialHost;  // not empty: reach the client there instead of waiting for it
     std::uint16_t dialPort = 0;
     Duration redialAfter = std::chrono::milliseconds(500);
     std::size_t maxConnections = 64;  // strangers included; more are closed at once
