@@ -5,7 +5,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <condition_variable>
+#include <deque>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -26,6 +29,8 @@ namespace {
 constexpr std::size_t kPartBytes = 128 * 1024;
 // Embedded servers start a driver each; on a busy machine dozens of them take a while.
 constexpr auto kEmbeddedStart = std::chrono::seconds(60);
+// Kept for an application that draws no frames.
+constexpr std::size_t kMaxIncidents = 256;
 constexpr auto kStillWaiting = std::chrono::seconds(5);
 
 std::filesystem::path programBeside() {
@@ -67,7 +72,11 @@ Dealt deal(const std::vector<TileAssignment>& tiles, std::size_t servers) {
 class ConnectedCluster final : public Cluster {
  public:
     ConnectedCluster(protocol::ClusterClientOptions options, std::vector<ServerProcess> processes, bool insecureLan)
-        : _processes(std::move(processes)), _client(std::move(options), SteadyClock().now()), _pump(_client, insecureLan) {
+        : _processes(std::move(processes)),
+          _policy(options.policy),
+          _addresses(addressesOf(options)),
+          _client(std::move(options), SteadyClock().now()),
+          _pump(_client, insecureLan) {
         _pump.onTurn([this] { turned(); });
         _network = std::thread([this] { _pump.run(); });
     }
@@ -88,65 +97,142 @@ class ConnectedCluster final : public Cluster {
 
     Result<void> connect() {
         if (auto done = request([] {}, "connecting"); !done) return done;
+        const std::lock_guard lock(_mutex);
+        announce();
+        const wire::Hello* first = nullptr;
         for (std::size_t i = 0; i < _client.serverCount(); ++i) {
-            const wire::Hello& hello = _client.serverHello(i);
-            _names.push_back(hello.name);
-            _descriptions.push_back(fmt::format("{}: {}, {}, {} (build {})", hello.name, hello.glRenderer, hello.glVersion,
-                                                hello.cpu, hello.build));
-            const wire::Hello& first = _client.serverHello(0);
-            if (hello.glRenderer != first.glRenderer || hello.glVersion != first.glVersion || hello.cpu != first.cpu)
-                log::warning(fmt::format("servers '{}' and '{}' differ in renderer, version or processor: their tiles may "
-                                         "differ in last bits", first.name, hello.name));
+            const wire::Hello* hello = _client.serverHello(i);
+            if (!hello) {
+                _names.push_back(_addresses[i]);
+                _descriptions.push_back(fmt::format("{}: not connected", _names.back()));
+                continue;
+            }
+            _names.push_back(hello->name);
+            _descriptions.push_back(fmt::format("{}: {}, {}, {} (build {})", hello->name, hello->glRenderer,
+                                                hello->glVersion, hello->cpu, hello->build));
+            if (!first) first = hello;
+            if (hello->glRenderer != first->glRenderer || hello->glVersion != first->glVersion ||
+                hello->cpu != first->cpu)
+                log::warning(
+                    fmt::format("servers '{}' and '{}' differ in renderer, version or processor: their tiles may "
+                                "differ in last bits",
+                                first->name, hello->name));
         }
         return {};
     }
 
     Result<void> assign(const std::vector<TileAssignment>& tiles) override {
         Dealt dealt = deal(tiles, _names.size());
+        if (auto done = drain(); !done) return done;
         return call([&] { _client.assign(dealt.wall, std::move(dealt.tiles)); });
     }
 
     Result<FrameReport> frame(Aspect& scene, const WallViews& views, double time, bool wantPixels) override {
+        protocol::OutgoingFrame outgoing;
+        outgoing.views = wire::encodeViews(views);
+        if (outgoing.views.size() > wire::kMaxViewBytes) return failure("the views and their shadow fits are too many");
         const bool first = _frameNumber == 0;
         ChangeList changes = scene.commit();
         if (first) changes = scene.snapshot();  // what was committed before it had servers counts as well
         _digest.update(changes, scene);
         _hashes.forget(changes);
-        wire::EncodeOptions encoding;
-        encoding.maxPartBytes = kPartBytes;
-        encoding.hashes = &_hashes;
-        wire::EncodedChanges encoded = wire::encodeChanges(changes, scene, encoding);
+        wire::EncodedChanges encoded = encode(changes, scene);
 
-        FrameReport report;
+        FrameReport& report = _reports.emplace_back();
         report.frame = ++_frameNumber;
         report.entries = encoded.entries;
         report.changeBytes = encoded.bytes();
-        protocol::OutgoingFrame outgoing;
         outgoing.number = _frameNumber;
         outgoing.wantPixels = wantPixels;
         outgoing.fromNothing = first;
         outgoing.time = time;
-        outgoing.views = wire::encodeViews(views);
-        if (outgoing.views.size() > wire::kMaxViewBytes) return failure("the views and their shadow fits are too many");
         outgoing.changes = std::move(encoded.parts);
-        for (wire::Blob& blob : encoded.blobs) outgoing.blobs.emplace(blob.ref.hash, std::move(blob.data));
+        outgoing.blobs = blobsOf(encoded);
         outgoing.digest = _digest.total();
-
-        std::vector<protocol::ServerOutcome> outcomes;
-        std::optional<std::size_t> mismatch;
+        if (!first && _snapshotWanted) {
+            wire::EncodedChanges whole = encode(scene.snapshot(), scene);
+            outgoing.snapshot.emplace();
+            outgoing.snapshot->parts = std::move(whole.parts);
+            outgoing.snapshot->blobs = blobsOf(whole);
+        }
         if (auto done = request([&] { _client.beginFrame(std::move(outgoing), SteadyClock().now()); },
                                 fmt::format("frame {}", _frameNumber));
             !done)
             return done.error();
-        if (auto done = call([&] {
-                outcomes = _client.takeOutcome();
-                mismatch = _client.mismatch();
-            });
-            !done)
+        return takeReport(&scene);
+    }
+
+    Result<std::optional<FrameReport>> finish() override {
+        if (_reports.empty()) return std::optional<FrameReport>();
+        if (auto done = request([this] { _client.finishFrames(); }, fmt::format("frame {}", _frameNumber)); !done)
             return done.error();
-        if (mismatch) return differing(*mismatch, scene);
-        for (std::size_t i = 0; i < outcomes.size(); ++i) {
-            protocol::ServerOutcome& outcome = outcomes[i];
+        auto report = takeReport(nullptr);
+        if (!report) return report.error();
+        return std::optional<FrameReport>(std::move(*report));
+    }
+
+    Result<std::vector<std::string>> explain() override {
+        std::vector<std::string> texts;
+        if (auto done = drain(); !done) return done.error();
+        if (auto done = request([&] { _client.beginExplain(); }, "the frame plan"); !done) return done.error();
+        if (auto done = call([&] { texts = _client.takeExplanations(); }); !done) return done.error();
+        return texts;
+    }
+
+    std::vector<std::string> serverDescriptions() const override { return _descriptions; }
+
+ private:
+    wire::EncodedChanges encode(const ChangeList& changes, const Aspect& scene) {
+        wire::EncodeOptions encoding;
+        encoding.maxPartBytes = kPartBytes;
+        encoding.hashes = &_hashes;
+        return wire::encodeChanges(changes, scene, encoding);
+    }
+
+    static std::map<Hash128, MultiStorage> blobsOf(wire::EncodedChanges& encoded) {
+        std::map<Hash128, MultiStorage> blobs;
+        for (wire::Blob& blob : encoded.blobs) blobs.emplace(blob.ref.hash, std::move(blob.data));
+        return blobs;
+    }
+
+    static std::vector<std::string> addressesOf(const protocol::ClusterClientOptions& options) {
+        std::vector<std::string> addresses;
+        for (const protocol::RemoteServer& server : options.servers)
+            addresses.push_back(server.name.empty() ? fmt::format("{}:{}", server.host, server.port) : server.name);
+        return addresses;
+    }
+
+    // Waits for a frame that is still drawn; its report comes with the next one.
+    Result<void> drain() {
+        if (_reports.empty()) return {};
+        return request([this] { _client.finishFrames(); }, fmt::format("frame {}", _frameNumber));
+    }
+
+    // The oldest frame's report when that frame is over, else an empty one. scene: as it was committed last, when there
+    // is one to compare with.
+    Result<FrameReport> takeReport(const Aspect* scene) {
+        std::optional<protocol::ClusterClient::Finished> finished;
+        FrameReport report;
+        {
+            const std::lock_guard lock(_mutex);
+            report.rejoined = announce();
+            if (_finished.empty()) return report;
+            finished = std::move(_finished.front());
+            _finished.pop_front();
+        }
+        UMBRIEL_ASSERT(!_reports.empty() && _reports.front().frame == finished->number, "frames are over in order");
+        _reports.front().rejoined = std::move(report.rejoined);
+        report = std::move(_reports.front());
+        _reports.pop_front();
+        if (_policy == FailurePolicy::Wait && finished->mismatch) {
+            if (auto done = drain(); !done) return done.error();
+            if (scene) return differing(*finished->mismatch, *scene);
+            return failure(fmt::format("frame {}: the state of server '{}' differs", finished->number,
+                                       _names[*finished->mismatch]));
+        }
+        bool anyConnected = finished->servers.empty();
+        for (std::size_t i = 0; i < finished->servers.size(); ++i) {
+            protocol::ServerOutcome& outcome = finished->servers[i];
             ServerReport server;
             server.name = _names[i];
             server.bytes = outcome.bytes;
@@ -156,28 +242,47 @@ class ConnectedCluster final : public Cluster {
             server.triangles = outcome.ready.triangles;
             server.shadowTriangles = outcome.ready.shadowTriangles;
             server.digest = outcome.ready.digest;
+            server.shown = outcome.shown;
             report.servers.push_back(std::move(server));
+            anyConnected = anyConnected || outcome.connected;
+            if (!outcome.connected)
+                report.lost.push_back(_names[i]);
+            else if (!outcome.shown)
+                report.late.push_back(_names[i]);
             std::move(outcome.tiles.begin(), outcome.tiles.end(), std::back_inserter(report.tiles));
         }
+        // Embedded servers are started once: nobody brings them back.
+        if (!anyConnected && !_processes.empty())
+            return failure(fmt::format("all servers of this program have ended; the last one said: {}", _lastIncident));
         std::sort(report.tiles.begin(), report.tiles.end(),
                   [](const TilePixels& a, const TilePixels& b) { return a.tile.tile < b.tile.tile; });
         return report;
     }
 
-    Result<std::vector<std::string>> explain() override {
-        std::vector<std::string> texts;
-        if (auto done = request([&] { _client.beginExplain(); }, "the frame plan"); !done) return done.error();
-        if (auto done = call([&] { texts = _client.takeExplanations(); }); !done) return done.error();
-        return texts;
+    // Logs what happened to servers and names those that are back. With the lock.
+    std::vector<std::string> announce() {
+        using Kind = protocol::ServerIncident::Kind;
+        std::vector<std::string> rejoined;
+        for (protocol::ServerIncident& incident : std::exchange(_incidents, {})) {
+            if (incident.kind == Kind::Rejoined) {
+                log::info(incident.text);
+                rejoined.push_back(_names[incident.server]);
+                continue;
+            }
+            log::warning(incident.text);
+            _lastIncident = std::move(incident.text);
+        }
+        return rejoined;
     }
 
-    std::vector<std::string> serverDescriptions() const override { return _descriptions; }
-
- private:
     // After every turn of the network thread.
     void turned() {
         const std::lock_guard lock(_mutex);
         if (_client.error() && !_leaving) _error = *_client.error();
+        for (auto& finished : _client.takeFinished()) _finished.push_back(std::move(finished));
+        for (auto& incident : _client.takeIncidents())
+            if (_incidents.size() < kMaxIncidents) _incidents.push_back(std::move(incident));
+        _snapshotWanted = _client.wantsSnapshot();
         if (_started && (!_client.isBusy() || _error)) {
             _started = false;
             _done = true;
@@ -218,7 +323,8 @@ class ConnectedCluster final : public Cluster {
     // Names the first container and field in which a server's state is not ours.
     Error differing(std::size_t server, const Aspect& scene) {
         const auto ours = _digest.containers();
-        const std::string where = fmt::format("frame {}: the state of server '{}' differs", _frameNumber, _names[server]);
+        const std::string where =
+            fmt::format("frame {}: the state of server '{}' differs", _frameNumber, _names[server]);
         ContainerId after;
         auto expected = ours.begin();
         for (;;) {
@@ -233,7 +339,8 @@ class ConnectedCluster final : public Cluster {
                 ++expected;
                 after = id;
             }
-            if (expected != ours.end() && !page->digests.empty() && ContainerId{page->digests.back().first} > expected->first)
+            if (expected != ours.end() && !page->digests.empty() &&
+                ContainerId{page->digests.back().first} > expected->first)
                 break;
             if (!page->more) break;
         }
@@ -270,7 +377,9 @@ class ConnectedCluster final : public Cluster {
     }
 
     std::vector<ServerProcess> _processes;  // destroyed last: they end when their session has
-    protocol::ClusterClient _client;        // on the network thread once that runs
+    FailurePolicy _policy;
+    std::vector<std::string> _addresses;  // what servers are called before they said their names
+    protocol::ClusterClient _client;      // on the network thread once that runs
     net::AsioPump _pump;
     std::thread _network;
 
@@ -278,12 +387,17 @@ class ConnectedCluster final : public Cluster {
     std::mutex _mutex;
     std::condition_variable _changed;
     std::optional<Error> _error;
+    std::deque<protocol::ClusterClient::Finished> _finished;
+    std::vector<protocol::ServerIncident> _incidents;
+    std::atomic<bool> _snapshotWanted = false;
     bool _started = false;  // the running request
     bool _done = false;
     bool _leaving = false;
     bool _left = false;
 
+    std::string _lastIncident;
     std::uint64_t _frameNumber = 0;
+    std::deque<FrameReport> _reports;  // of frames under way
     StateDigest _digest;
     wire::BlobHashes _hashes;
     std::vector<std::string> _names;
@@ -303,6 +417,9 @@ Result<std::unique_ptr<Cluster>> Cluster::connect(const ClusterOptions& options,
     client.identity.typeSignature = types.signature();
     client.connectTimeout = options.connectTimeout;
     client.frameTimeout = options.frameTimeout;
+    client.policy = options.policy;
+    client.latency = options.latency;
+    client.startIncomplete = options.startIncomplete && options.policy != FailurePolicy::Wait;
 
     std::vector<ServerProcess> processes;
     if (options.servers.empty()) {
@@ -326,7 +443,8 @@ Result<std::unique_ptr<Cluster>> Cluster::connect(const ClusterOptions& options,
             client.servers[static_cast<std::size_t>(i)].port = *port;
         }
     } else {
-        for (const ServerAddress& server : options.servers) client.servers.push_back({server.name, server.host, server.port, {}});
+        for (const ServerAddress& server : options.servers)
+            client.servers.push_back({server.name, server.host, server.port, {}});
     }
     Dealt dealt = deal(tiles, client.servers.size());
     client.wall = dealt.wall;

@@ -4,16 +4,20 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/clock.h"
 #include "common/base/result.h"
+#include "common/protocol/failure_policy.h"
 #include "common/scene/aspect.h"
 #include "common/wall/tile_pixels.h"
 #include "common/wall/view.h"
 
 namespace umbriel {
+
+using protocol::FailurePolicy;
 
 // Where a server listens and, if given, what it must call itself ("left=render1:7420").
 struct ServerAddress {
@@ -25,23 +29,27 @@ struct ServerAddress {
 struct ClusterOptions {
     std::vector<ServerAddress> servers;  // none: start `local` embedded servers of this machine on loopback
     int local = 1;
-    bool insecureLan = false;            // allow plain TCP beyond loopback
-    std::filesystem::path serverProgram; // umbriel-server; empty: beside this program
+    bool insecureLan = false;             // allow plain TCP beyond loopback
+    std::filesystem::path serverProgram;  // umbriel-server; empty: beside this program
     Duration connectTimeout = std::chrono::seconds(5);
-    Duration frameTimeout = std::chrono::seconds(0);  // 0: wait while heartbeats come
-    std::vector<std::string> serverArguments;         // passed on to embedded servers, e.g. --log-level
+    Duration frameTimeout = std::chrono::seconds(0);  // 0: none; else a frame that takes longer is an error
+    FailurePolicy policy = FailurePolicy::Wait;       // what a late or lost server does to a frame
+    int latency = 0;               // 1: frame() returns when the frame before is over, while this one is drawn
+    bool startIncomplete = false;  // not under Wait: servers that cannot be reached at the start join later
+    std::vector<std::string> serverArguments;  // passed on to embedded servers, e.g. --log-level
 };
 
 // What one server did for one frame.
 struct ServerReport {
     std::string name;
-    std::uint64_t bytes = 0;       // sent to it for this frame: all messages and blobs
-    std::uint64_t viewBytes = 0;   // of these, views and fits
+    std::uint64_t bytes = 0;      // sent to it for this frame: all messages and blobs
+    std::uint64_t viewBytes = 0;  // of these, views and fits
     double drawMilliseconds = 0.0;
-    double waitMilliseconds = 0.0; // from ready until the swap left for it
+    double waitMilliseconds = 0.0;  // from ready until the swap left for it
     std::uint64_t triangles = 0;
     std::uint64_t shadowTriangles = 0;
     std::uint64_t digest = 0;
+    bool shown = true;  // false: it was late or lost, its tiles hold their last picture
 };
 
 struct FrameReport {
@@ -49,13 +57,17 @@ struct FrameReport {
     std::size_t entries = 0;        // of the change list
     std::uint64_t changeBytes = 0;  // encoded, without blobs
     std::vector<ServerReport> servers;
-    std::vector<TilePixels> tiles;  // when asked for
+    std::vector<TilePixels> tiles;      // when asked for; of servers that were late or lost they are missing
+    std::vector<std::string> late;      // servers that did not show this frame
+    std::vector<std::string> lost;      // servers that are not connected
+    std::vector<std::string> rejoined;  // servers that show again what the others show, since the last report
 };
 
-// A connected wall of render servers, driven from the thread that made it. Frames are lock-step: every server has drawn
-// frame n from the same state (compared by digest) before any of them shows it.
+// A connected wall of render servers, driven from the thread that made it. Frames are in step: every server has drawn
+// frame n from the same state (compared by digest) before any of them shows it. Servers that are late or lost hold the
+// others up as long as the policy says; they get what they missed, or a snapshot, while the others go on.
 class Cluster {
-   public:
+ public:
     // Starts or reaches the servers, shakes hands, assigns tiles (round robin when there are fewer servers than tiles).
     // An unreachable, misnamed or mismatching server is an error within connectTimeout.
     static Result<std::unique_ptr<Cluster>> connect(const ClusterOptions& options, const TypeRegistry& types,
@@ -66,10 +78,15 @@ class Cluster {
     virtual Result<void> assign(const std::vector<TileAssignment>& tiles) = 0;
 
     // Commits the aspect, ships what changed, draws, swaps. The views travel when they differ from the last frame's.
-    // A lost server or a digest that differs is an error naming the server (and container and field).
+    // Under Wait a lost server or a digest that differs is an error naming the server (and container and field); under
+    // the other policies it is a warning in the log, and the report names the server. With latency 1 the report is the
+    // one of the frame before (number 0 when there was none), and tiles come with it.
     virtual Result<FrameReport> frame(Aspect& scene, const WallViews& views, double time, bool wantPixels) = 0;
 
-    // Every server's frame plan as text, after a frame.
+    // With latency 1: waits for the frame that is still drawn. Nothing when there is none.
+    virtual Result<std::optional<FrameReport>> finish() = 0;
+
+    // Every server's frame plan as text, after a frame; empty for a server that is late or lost.
     virtual Result<std::vector<std::string>> explain() = 0;
 
     // Facts that servers stated at the handshake, one line each: name, GL renderer and version, limits.

@@ -31,6 +31,7 @@ constexpr std::size_t kReadBytes = 256 * 1024;
 constexpr std::size_t kSegmentsPerWrite = 32;
 // How long a closing connection may take to write its last words and see the peer's end.
 constexpr auto kLinger = std::chrono::seconds(1);
+constexpr auto kDialPatience = std::chrono::seconds(1);
 // Unacknowledged data for this long means the peer's machine or the way to it is gone.
 constexpr unsigned kUserTimeoutMilliseconds = 2000;
 
@@ -142,8 +143,16 @@ struct AsioPump::Implementation {
         if (index >= addresses.size()) return dialFailed(tag, reason);
         auto socket = std::make_shared<tcp::socket>(context);
         const tcp::endpoint address = addresses[index];
-        socket->async_connect(address, [this, socket, addresses = std::move(addresses), index, tag](error_code error) mutable {
-            if (error == boost::asio::error::operation_aborted) return;
+        // The kernel goes on for two minutes; whoever dials wants to hear of a host that is gone, and to reach it soon
+        // after it is back.
+        auto patience = std::make_shared<boost::asio::steady_timer>(context, kDialPatience);
+        patience->async_wait([socket](error_code stopped) {
+            error_code ignored;
+            if (!stopped) socket->close(ignored);
+        });
+        socket->async_connect(address, [this, socket, patience, addresses = std::move(addresses), index, tag](error_code error) mutable {
+            patience->cancel();
+            if (error == boost::asio::error::operation_aborted) error = boost::asio::error::timed_out;
             if (error) return connectNext(std::move(addresses), index + 1, tag, failure(lowerFirst(error.message())));
             add(std::move(*socket), tag);
         });

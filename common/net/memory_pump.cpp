@@ -1,6 +1,7 @@
 #include "common/net/memory_pump.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/base/assert.h"
 
@@ -9,6 +10,14 @@ namespace umbriel::net {
 using protocol::Action;
 using protocol::ConnectionId;
 using protocol::Endpoint;
+
+namespace {
+
+// How long dialling a host that does not answer takes, and how often it is tried meanwhile.
+constexpr auto kDialTimeout = std::chrono::seconds(1);
+constexpr auto kDialRepeat = std::chrono::milliseconds(200);
+
+}  // namespace
 
 MemoryNetwork::MemoryNetwork(const Options& options) : _options(options), _random(options.seed) {}
 
@@ -25,7 +34,9 @@ Duration MemoryNetwork::latency() {
     return _options.minLatency + Duration(static_cast<Duration::rep>(random(span + 1)));
 }
 
-void MemoryNetwork::at(TimePoint when, std::function<void()> what) { _events.emplace(Key{when, _sequence++}, std::move(what)); }
+void MemoryNetwork::at(TimePoint when, std::function<void()> what) {
+    _events.emplace(Key{when, _sequence++}, std::move(what));
+}
 
 void MemoryNetwork::add(Endpoint& endpoint, std::function<void()> hook) {
     _hosts[&endpoint].hook = std::move(hook);
@@ -53,9 +64,50 @@ void MemoryNetwork::remove(Endpoint& endpoint) {
     }
 }
 
-void MemoryNetwork::setSilent(Endpoint& endpoint, bool silent) { _hosts[&endpoint].silent = silent; }
+void MemoryNetwork::setSilent(Endpoint& endpoint, bool silent) {
+    _hosts[&endpoint].silent = silent;
+    resume(endpoint);
+}
 
-void MemoryNetwork::poke(Endpoint& endpoint) { turn(endpoint); }
+void MemoryNetwork::setPaused(Endpoint& endpoint, bool paused) {
+    _hosts[&endpoint].paused = paused;
+    resume(endpoint);
+}
+
+void MemoryNetwork::resume(Endpoint& endpoint) {
+    Host& host = _hosts[&endpoint];
+    if (host.silent || host.paused) return;
+    const auto held = std::exchange(host.held, {});
+    for (const auto& what : held) what();
+    turn(endpoint);
+}
+
+void MemoryNetwork::reach(Endpoint* endpoint, std::function<void()> what) {
+    const auto host = _hosts.find(endpoint);
+    if (host != _hosts.end() && (host->second.silent || host->second.paused))
+        host->second.held.push_back(std::move(what));
+    else
+        what();
+}
+
+void MemoryNetwork::reset(Endpoint& endpoint) {
+    const auto& connections = _hosts[&endpoint].connections;
+    if (connections.empty()) return;
+    const std::uint64_t pipe = connections[random(connections.size())].second;
+    _pipes[pipe].cut = true;
+    for (const int side : {0, 1}) endReaches(pipe, side, "connection reset by peer");
+}
+
+void MemoryNetwork::resetHalf(Endpoint& endpoint) {
+    const auto connections = _hosts[&endpoint].connections;
+    for (const auto& [id, pipe] : connections) _pipes[pipe].cut = true;
+    for (const auto& [id, pipe] : connections)
+        endReaches(pipe, 1 - sideOf(_pipes[pipe], &endpoint, id), "connection reset by peer");
+}
+
+void MemoryNetwork::poke(Endpoint& endpoint) {
+    turn(endpoint);
+}
 
 int MemoryNetwork::sideOf(const Pipe& pipe, const Endpoint* endpoint, ConnectionId id) const {
     return pipe.ends[0].endpoint == endpoint && pipe.ends[0].id == id ? 0 : 1;
@@ -69,6 +121,7 @@ ConnectionId MemoryNetwork::attach(Endpoint& endpoint, std::uint64_t pipe) {
 
 void MemoryNetwork::turn(Endpoint& endpoint) {
     Host& host = _hosts[&endpoint];
+    if (host.paused) return;
     if (host.hook) host.hook();
     while (const auto action = endpoint.nextAction()) {
         if (action->kind == Action::Kind::Close) {
@@ -83,92 +136,135 @@ void MemoryNetwork::turn(Endpoint& endpoint) {
             endOf(pipe, side, "the connection was closed");
             continue;
         }
-        at(_now + latency(), [this, &endpoint, action = *action] {
-            if (!_hosts.count(&endpoint)) return;
-            const auto listener = _listeners.find({action.host, action.port});
-            if (listener == _listeners.end()) {
-                endpoint.dialFailed(action.tag, failure("connection refused"), _now);
-            } else {
-                const std::uint64_t number = _nextPipe++;
-                Pipe& pipe = _pipes[number];
-                pipe.ends[0] = {&endpoint, attach(endpoint, number)};
-                pipe.ends[1] = {listener->second, attach(*listener->second, number)};
-                endpoint.opened(pipe.ends[0].id, action.tag, _now);
-                listener->second->opened(pipe.ends[1].id, 0, _now);
-                turn(*listener->second);
-            }
-            turn(endpoint);
+        at(_now + latency(), [this, &endpoint, action = *action, since = _now] {
+            reach(&endpoint, [this, &endpoint, action, since] { connect(endpoint, action, since); });
         });
     }
     if (host.silent) return;
     const auto connections = host.connections;
     for (const auto& [id, pipe] : connections) {
         protocol::SendQueue* queue = endpoint.output(id);
+        const int side = sideOf(_pipes[pipe], &endpoint, id);
         while (queue && !queue->empty()) {
+            const std::size_t underWay = _pipes[pipe].ends[side].underWay;
+            if (_options.window > 0 && underWay >= _options.window) break;
+            const std::size_t room = _options.window > 0 ? _options.window - underWay : ~std::size_t{0};
             std::vector<std::byte> bytes;
             for (const auto span : queue->gather(~std::size_t{0})) bytes.insert(bytes.end(), span.begin(), span.end());
+            if (bytes.size() > room) bytes.resize(room);
             queue->consumed(bytes.size());
-            transmit(pipe, sideOf(_pipes[pipe], &endpoint, id), std::move(bytes));
+            transmit(pipe, side, std::move(bytes));
             endpoint.written(id, _now);
             queue = endpoint.output(id);
         }
     }
 }
 
+void MemoryNetwork::connect(Endpoint& endpoint, const Action& action, TimePoint since) {
+    if (!_hosts.count(&endpoint)) return;
+    const auto listener = _listeners.find({action.host, action.port});
+    if (listener == _listeners.end()) {
+        endpoint.dialFailed(action.tag, failure("connection refused"), _now);
+    } else if (_hosts[listener->second].silent) {
+        // No answer: repeated for a while, as TCP does.
+        if (_now - since < kDialTimeout)
+            return at(_now + kDialRepeat, [this, &endpoint, action, since] {
+                reach(&endpoint, [this, &endpoint, action, since] { connect(endpoint, action, since); });
+            });
+        endpoint.dialFailed(action.tag, failure("no answer"), _now);
+    } else {
+        const std::uint64_t number = _nextPipe++;
+        Endpoint* other = listener->second;
+        Pipe& pipe = _pipes[number];
+        pipe.ends[0].endpoint = &endpoint;
+        pipe.ends[0].id = attach(endpoint, number);
+        pipe.ends[1].endpoint = other;
+        const ConnectionId theirs = pipe.ends[1].id = attach(*other, number);
+        endpoint.opened(pipe.ends[0].id, action.tag, _now);
+        reach(other, [this, other, theirs] {
+            if (!_hosts.count(other)) return;
+            other->opened(theirs, 0, _now);
+            turn(*other);
+        });
+    }
+    turn(endpoint);
+}
+
 void MemoryNetwork::transmit(std::uint64_t number, int from, std::vector<std::byte> bytes) {
     End& end = _pipes[number].ends[from];
+    end.underWay += bytes.size();
     std::size_t offset = 0;
     while (offset < bytes.size()) {
         std::size_t size = bytes.size() - offset;
         if (_options.splitReads && random(2) == 0) size = std::min<std::size_t>(size, 1 + random(64));
         end.busyUntil = std::max(end.busyUntil, _now + latency());
         const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(offset);
-        at(end.busyUntil, [this, number, from, piece = std::vector<std::byte>(begin, begin + static_cast<std::ptrdiff_t>(size))] {
-            deliver(number, 1 - from, piece);
-        });
+        at(end.busyUntil,
+           [this, number, from, piece = std::vector<std::byte>(begin, begin + static_cast<std::ptrdiff_t>(size))] {
+               deliver(number, 1 - from, piece);
+           });
         offset += size;
     }
 }
 
 void MemoryNetwork::deliver(std::uint64_t number, int to, const std::vector<std::byte>& bytes) {
     const auto found = _pipes.find(number);
-    if (found == _pipes.end() || found->second.ends[to].gone) return;
+    if (found == _pipes.end() || found->second.ends[to].gone || found->second.cut) return;
     const End end = found->second.ends[to];
     if (!end.endpoint) {
         found->second.answer->insert(found->second.answer->end(), bytes.begin(), bytes.end());
         return;
     }
     const auto host = _hosts.find(end.endpoint);
-    if (host == _hosts.end() || host->second.silent) return;
+    if (host == _hosts.end()) return;
+    if (host->second.silent || host->second.paused) {
+        host->second.held.push_back([this, number, to, bytes] { deliver(number, to, bytes); });
+        return;
+    }
     _delivered += bytes.size();
+    End& sender = found->second.ends[1 - to];
+    sender.underWay -= bytes.size();
     end.endpoint->received(end.id, bytes, _now);
     turn(*end.endpoint);
+    if (_options.window > 0 && sender.endpoint && !sender.gone && _hosts.count(sender.endpoint)) turn(*sender.endpoint);
 }
 
 // The other side sees the end after what was sent before it.
 void MemoryNetwork::hangUp(std::uint64_t number, int from) {
+    if (_pipes[number].cut) return;
     End& end = _pipes[number].ends[from];
     end.busyUntil = std::max(end.busyUntil, _now + latency());
-    const bool silent = end.endpoint && _hosts.count(end.endpoint) && _hosts[end.endpoint].silent;
-    if (!silent) at(end.busyUntil, [this, number, from] { endOf(number, 1 - from, "the connection was closed"); });
+    const auto host = _hosts.find(end.endpoint);
+    if (host != _hosts.end() && host->second.silent) {
+        host->second.held.push_back(
+            [this, number, from] { endReaches(number, 1 - from, "the connection was closed"); });
+        return;
+    }
+    at(end.busyUntil, [this, number, from] { endReaches(number, 1 - from, "the connection was closed"); });
+}
+
+void MemoryNetwork::endReaches(std::uint64_t number, int side, const std::string& reason) {
+    reach(_pipes[number].ends[side].endpoint, [this, number, side, reason] { endOf(number, side, reason); });
 }
 
 void MemoryNetwork::endOf(std::uint64_t number, int side, const std::string& reason) {
     const auto found = _pipes.find(number);
     if (found == _pipes.end() || found->second.ends[side].gone) return;
-    found->second.ends[side].gone = true;
     const End end = found->second.ends[side];
     if (!end.endpoint) {
+        found->second.ends[side].gone = true;
         *found->second.closed = true;
         return;
     }
     const auto host = _hosts.find(end.endpoint);
+    found->second.ends[side].gone = true;
     if (host == _hosts.end()) return;
     std::erase_if(host->second.connections, [&](const auto& one) { return one.first == end.id; });
     end.endpoint->closed(end.id, reason, _now);
     turn(*end.endpoint);
     // The far side learns of it as well when it has not ended itself.
-    if (const auto again = _pipes.find(number); again != _pipes.end() && !again->second.ends[1 - side].gone) hangUp(number, side);
+    if (const auto again = _pipes.find(number); again != _pipes.end() && !again->second.ends[1 - side].gone)
+        hangUp(number, side);
 }
 
 MemoryNetwork::Stranger MemoryNetwork::dial(const std::string& host, std::uint16_t port) {
@@ -192,16 +288,20 @@ void MemoryNetwork::Stranger::send(std::span<const std::byte> bytes) {
     _network->transmit(_pipe, 0, {bytes.begin(), bytes.end()});
 }
 
-void MemoryNetwork::Stranger::close() { _network->hangUp(_pipe, 0); }
+void MemoryNetwork::Stranger::close() {
+    _network->hangUp(_pipe, 0);
+}
 
 bool MemoryNetwork::step(TimePoint limit) {
     TimePoint next = _events.empty() ? TimePoint::max() : _events.begin()->first.first;
     Endpoint* due = nullptr;
-    for (Endpoint* endpoint : _order)
+    for (Endpoint* endpoint : _order) {
+        if (_hosts[endpoint].paused) continue;
         if (const TimePoint deadline = std::max(endpoint->deadline(), _now); deadline < next) {
             next = deadline;
             due = endpoint;
         }
+    }
     if (next > limit) {
         _now = limit;
         return false;
@@ -223,6 +323,13 @@ bool MemoryNetwork::runUntil(const std::function<bool()>& condition, Duration li
     while (!condition())
         if (!step(end)) return condition();
     return true;
+}
+
+std::size_t MemoryNetwork::queued(Endpoint& endpoint) {
+    std::size_t sum = 0;
+    for (const auto& [id, pipe] : _hosts[&endpoint].connections)
+        if (const protocol::SendQueue* queue = endpoint.output(id)) sum += queue->size();
+    return sum;
 }
 
 void MemoryNetwork::run(Duration time) {

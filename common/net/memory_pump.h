@@ -23,6 +23,7 @@ class MemoryNetwork {
         Duration minLatency = std::chrono::microseconds(50);
         Duration maxLatency = std::chrono::microseconds(50);
         bool splitReads = false;  // deliver in pieces of 1 to 64 bytes now and then
+        std::size_t window = 0;   // bytes under way in one direction of a connection; more wait in its queue. 0: any
     };
 
     explicit MemoryNetwork(const Options& options);
@@ -33,8 +34,15 @@ class MemoryNetwork {
     void listen(protocol::Endpoint& endpoint, const std::string& host, std::uint16_t port);
     // The program was killed: its connections are reset.
     void remove(protocol::Endpoint& endpoint);
-    // While silent nothing reaches it and nothing leaves it; its connections stay (a pulled cable).
+    // While silent nothing reaches it and nothing leaves it; its connections stay (a pulled cable). What was under way
+    // arrives when the silence ends, as TCP repeats it.
     void setSilent(protocol::Endpoint& endpoint, bool silent);
+    // While paused its program does nothing (a stopped process): what arrives waits for it, its timers too.
+    void setPaused(protocol::Endpoint& endpoint, bool paused);
+    // Resets one of its connections, if it has any: what is under way is lost.
+    void reset(protocol::Endpoint& endpoint);
+    // Resets all of them, but only the other sides are told: the endpoint finds out by their silence.
+    void resetHalf(protocol::Endpoint& endpoint);
     // After its program changed the endpoint outside a hook.
     void poke(protocol::Endpoint& endpoint);
 
@@ -59,6 +67,9 @@ class MemoryNetwork {
     };
     Stranger dial(const std::string& host, std::uint16_t port);
 
+    // Bytes that wait in the queues of its connections.
+    std::size_t queued(protocol::Endpoint& endpoint);
+
     // Bytes that were delivered, all connections together.
     std::uint64_t delivered() const { return _delivered; }
 
@@ -66,18 +77,22 @@ class MemoryNetwork {
     struct Host {
         std::function<void()> hook;
         bool silent = false;
+        bool paused = false;
+        std::vector<std::function<void()>> held;                                    // what waits for the end of either
         std::vector<std::pair<protocol::ConnectionId, std::uint64_t>> connections;  // and their pipes
     };
     struct End {
         protocol::Endpoint* endpoint = nullptr;  // null: a stranger's
         protocol::ConnectionId id = 0;
-        TimePoint busyUntil{};  // deliveries keep their order
+        TimePoint busyUntil{};     // deliveries keep their order
+        std::size_t underWay = 0;  // bytes sent from here and not delivered
         bool gone = false;
     };
     struct Pipe {
         End ends[2];
         std::shared_ptr<std::vector<std::byte>> answer;
         std::shared_ptr<bool> closed;
+        bool cut = false;  // nothing passes, neither bytes nor the end
     };
     using Key = std::pair<TimePoint, std::uint64_t>;
 
@@ -85,9 +100,14 @@ class MemoryNetwork {
     Duration latency();
     void at(TimePoint when, std::function<void()> what);
     void turn(protocol::Endpoint& endpoint);
+    void resume(protocol::Endpoint& endpoint);
+    // Runs it, or keeps it while the endpoint is silent or paused.
+    void reach(protocol::Endpoint* endpoint, std::function<void()> what);
+    void connect(protocol::Endpoint& endpoint, const protocol::Action& action, TimePoint since);
     void transmit(std::uint64_t pipe, int from, std::vector<std::byte> bytes);
     void deliver(std::uint64_t pipe, int to, const std::vector<std::byte>& bytes);
     void hangUp(std::uint64_t pipe, int from);
+    void endReaches(std::uint64_t pipe, int side, const std::string& reason);
     void endOf(std::uint64_t pipe, int side, const std::string& reason);
     protocol::ConnectionId attach(protocol::Endpoint& endpoint, std::uint64_t pipe);
     int sideOf(const Pipe& pipe, const protocol::Endpoint* endpoint, protocol::ConnectionId id) const;

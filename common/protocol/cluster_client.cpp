@@ -14,15 +14,22 @@ using wire::MessageType;
 namespace {
 
 // Dial tags: 1 + 2 * server, one more for its bulk connection.
-std::uint64_t tagOf(std::size_t server, bool bulk) { return 1 + 2 * server + (bulk ? 1 : 0); }
+std::uint64_t tagOf(std::size_t server, bool bulk) {
+    return 1 + 2 * server + (bulk ? 1 : 0);
+}
 
-// Change parts are queued up to here, so that a heartbeat or a swap never waits behind a whole snapshot.
-constexpr std::size_t kControlTarget = std::size_t{1} << 20;
+// Incidents kept for a caller that does not ask.
+constexpr std::size_t kMaxIncidents = 256;
 
 }  // namespace
 
 ClusterClient::ClusterClient(ClusterClientOptions options, TimePoint now)
-    : _options(std::move(options)), _phaseStart(now) {
+    : _options(std::move(options)),
+      _phaseStart(now),
+      _history(_options.historyBytes, _options.historyFrames),
+      _pacing(_options.policy),
+      _random(_options.token.low ^ _options.token.high) {
+    UMBRIEL_ASSERT(_options.latency == 0 || _options.latency == 1, "a server takes two frames at once");
     _options.identity.role = wire::Role::Client;
     _options.identity.token = _options.token;
     _options.identity.epoch = _options.epoch;
@@ -37,17 +44,16 @@ ClusterClient::ClusterClient(ClusterClientOptions options, TimePoint now)
     if (_servers.empty()) _phase = Phase::Idle;
 }
 
-void ClusterClient::dial(std::size_t server, bool bulk) {
-    const RemoteServer& remote = _servers[server].remote;
-    _actions.push_back({Action::Kind::Dial, 0, tagOf(server, bulk), remote.host, remote.port});
+void ClusterClient::dial(std::size_t index, bool bulk) {
+    Server& server = _servers[index];
+    if (!bulk) server.dialling = true;
+    _actions.push_back({Action::Kind::Dial, 0, tagOf(index, bulk), server.remote.host, server.remote.port});
 }
 
 std::string ClusterClient::textOf(std::size_t index) const {
     const Server& server = _servers[index];
     std::string name = server.remote.name;
-    if (server.controlOpen)
-        if (const auto found = _peers.find(server.control); found != _peers.end() && found->second.link->peerHello())
-            name = found->second.link->peerHello()->name;
+    if (const wire::Hello* hello = serverHello(index)) name = hello->name;
     std::string text = name.empty() ? "server" : fmt::format("server '{}'", name);
     if (!server.remote.host.empty()) text += fmt::format(" at {}:{}", server.remote.host, server.remote.port);
     return text;
@@ -60,28 +66,55 @@ void ClusterClient::opened(ConnectionId connection, std::uint64_t dialTag, TimeP
     }
     Peer peer;
     wire::Hello hello = _options.identity;
+    LinkOptions linkOptions = _options.link;
     if (dialTag != 0) {
         peer.server = static_cast<std::size_t>((dialTag - 1) / 2);
         peer.known = true;
         peer.bulk = (dialTag - 1) % 2 == 1;
+        Server& server = _servers[peer.server];
+        Session& session = server.session;
+        if (!peer.bulk) server.dialling = false;
+        // Of a session that ended while this connection was being made.
+        if (peer.bulk ? !session.controlOpen || session.bulk != 0 : session.control != 0) {
+            _actions.push_back({Action::Kind::Close, connection, 0, {}, 0});
+            return;
+        }
+        if (!peer.bulk) session.epoch = _options.epoch + server.sessions++;
         hello.channel = peer.bulk ? wire::Channel::Bulk : wire::Channel::Control;
-        hello.wantedName = _servers[peer.server].remote.name;
-        (peer.bulk ? _servers[peer.server].bulk : _servers[peer.server].control) = connection;
+        hello.wantedName = server.remote.name;
+        hello.epoch = session.epoch;
+        if (_phase != Phase::Connecting) linkOptions.handshakeTimeout = _options.rejoinHandshake;
+        (peer.bulk ? session.bulk : session.control) = connection;
     }
-    peer.link = std::make_unique<Link>(_options.link, std::move(hello), now);
+    peer.link = std::make_unique<Link>(linkOptions, std::move(hello), now);
     _peers.emplace(connection, std::move(peer));
 }
 
 void ClusterClient::dialFailed(std::uint64_t dialTag, const Error& reason, TimePoint now) {
     const auto index = static_cast<std::size_t>((dialTag - 1) / 2);
+    const bool bulk = (dialTag - 1) % 2 == 1;
     Server& server = _servers[index];
+    if (!bulk) server.dialling = false;
     if (reason.kind == Error::Kind::BadInput) {
-        const std::string message = fmt::format("{}: {}", textOf(server), reason.message);
+        const std::string message = fmt::format("{}: {}", textOf(index), reason.message);
         return fail(badInput(message));
     }
+    const bool changed = server.lastFailure != reason.message;
     server.lastFailure = reason.message;
-    server.redialBulk = (dialTag - 1) % 2 == 1;
-    server.redialAt = now + _options.redialAfter;
+    if (_phase == Phase::Connecting) {
+        server.redialBulk = bulk;
+        server.redialAt = now + _options.redialAfter;
+    } else if (bulk) {
+        if (server.session.controlOpen)
+            lose(index, fmt::format("the bulk connection to {} cannot be opened: {}", textOf(index), reason.message),
+                 now);
+    } else {
+        if (changed)
+            report(ServerIncident::Kind::Refused, index,
+                   fmt::format("{} cannot be reached: {}", textOf(index), reason.message));
+        redialLater(server, now);
+    }
+    progress(now);
 }
 
 void ClusterClient::received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) {
@@ -89,14 +122,17 @@ void ClusterClient::received(ConnectionId connection, std::span<const std::byte>
     if (found == _peers.end() || found->second.closing) return;
     found->second.link->received(bytes, now);
     drain(connection, now);
+    progress(now);
 }
 
 void ClusterClient::written(ConnectionId connection, TimePoint) {
     const auto found = _peers.find(connection);
     if (found == _peers.end() || !found->second.known) return;
     Server& server = _servers[found->second.server];
-    if (connection == server.bulk) server.sender.fill(*found->second.link);
-    else if (connection == server.control) feed(server);
+    if (connection == server.session.bulk)
+        server.session.sender.fill(*found->second.link);
+    else if (connection == server.session.control)
+        feed(server);
 }
 
 void ClusterClient::closed(ConnectionId connection, const std::string& reason, TimePoint now) {
@@ -105,6 +141,7 @@ void ClusterClient::closed(ConnectionId connection, const std::string& reason, T
     found->second.link->lost(reason);
     drain(connection, now);
     _peers.erase(connection);
+    progress(now);
 }
 
 void ClusterClient::advance(TimePoint now) {
@@ -119,26 +156,45 @@ void ClusterClient::advance(TimePoint now) {
         Server& server = _servers[i];
         if (!server.redialAt || now < *server.redialAt) continue;
         server.redialAt.reset();
-        dial(i, server.redialBulk);
+        dial(i, std::exchange(server.redialBulk, false));
     }
-    if (_phase == Phase::Connecting && now >= _phaseStart + _options.connectTimeout) {
-        for (std::size_t i = 0; i < _servers.size(); ++i) {
-            const Server& server = _servers[i];
-            if (server.controlOpen && server.bulkOpen) continue;
-            if (server.remote.host.empty())
-                return fail(fmt::format("{} has not dialled within {:.1f} s", textOf(i), toSeconds(_options.connectTimeout)));
-            if (server.control != 0)
-                return fail(fmt::format("{} does not complete the handshake within {:.1f} s", textOf(i),
-                                        toSeconds(_options.connectTimeout)));
-            return fail(fmt::format("{} cannot be reached: {}; is umbriel-server running there?", textOf(i),
-                                    server.lastFailure.empty() ? "no answer" : server.lastFailure));
-        }
-    }
-    if (_phase == Phase::Drawing && _options.frameTimeout.count() > 0 && now >= _phaseStart + _options.frameTimeout) {
+    if (_phase == Phase::Connecting && now >= _phaseStart + _options.connectTimeout) connectingTimedOut();
+    if (!_running.empty() && _options.frameTimeout.count() > 0 &&
+        now >= _running.front().start + _options.frameTimeout) {
         std::string names;
         for (const std::string& name : waitingFor()) names += (names.empty() ? "" : ", ") + name;
-        fail(fmt::format("frame {} is not drawn within {:.1f} s: still waiting for {}", _frame.number,
-                         toSeconds(_options.frameTimeout), names));
+        return fail(fmt::format("frame {} is not drawn within {:.1f} s: still waiting for {}",
+                                _running.front().frame.number, toSeconds(_options.frameTimeout), names));
+    }
+    progress(now);
+}
+
+void ClusterClient::connectingTimedOut() {
+    const auto connected = [](const Server& server) { return server.session.connected(); };
+    if (_options.startIncomplete && std::any_of(_servers.begin(), _servers.end(), connected)) {
+        _phase = Phase::Idle;
+        for (std::size_t i = 0; i < _servers.size(); ++i) {
+            Server& server = _servers[i];
+            if (connected(server)) {
+                server.session.waitedFor = true;
+                continue;
+            }
+            server.whole = false;
+            server.lost = true;
+            report(ServerIncident::Kind::Lost, i, fmt::format("{} is not there at the start", textOf(i)));
+        }
+        return;
+    }
+    for (std::size_t i = 0; i < _servers.size(); ++i) {
+        const Server& server = _servers[i];
+        if (connected(server)) continue;
+        const double seconds = toSeconds(_options.connectTimeout);
+        if (server.remote.host.empty())
+            return fail(fmt::format("{} has not dialled within {:.1f} s", textOf(i), seconds));
+        if (server.session.control != 0)
+            return fail(fmt::format("{} does not complete the handshake within {:.1f} s", textOf(i), seconds));
+        return fail(fmt::format("{} cannot be reached: {}; is umbriel-server running there?", textOf(i),
+                                server.lastFailure.empty() ? "no answer" : server.lastFailure));
     }
 }
 
@@ -149,8 +205,9 @@ TimePoint ClusterClient::deadline() const {
     for (const Server& server : _servers)
         if (server.redialAt) earliest = std::min(earliest, *server.redialAt);
     if (_phase == Phase::Connecting) earliest = std::min(earliest, _phaseStart + _options.connectTimeout);
-    if (_phase == Phase::Drawing && _options.frameTimeout.count() > 0)
-        earliest = std::min(earliest, _phaseStart + _options.frameTimeout);
+    if (!_running.empty() && _options.frameTimeout.count() > 0)
+        earliest = std::min(earliest, _running.front().start + _options.frameTimeout);
+    if (const auto due = dueAt()) earliest = std::min(earliest, *due);
     return earliest;
 }
 
@@ -185,23 +242,74 @@ void ClusterClient::drain(ConnectionId connection, TimePoint now) {
                 linkOpen(connection, peer);
                 break;
             case LinkEvent::Kind::Message: {
-                Server& server = _servers[peer.server];
+                const std::size_t server = peer.server;
                 if (const auto done = message(server, event.type, event.payload, now); !done)
-                    fail(fmt::format("{}: {}", textOf(server), done.error().message));
+                    lose(server, fmt::format("{}: {}", textOf(server), done.error().message), now);
                 break;
             }
             case LinkEvent::Kind::Closed: {
-                const bool ours = peer.known && (_servers[peer.server].control == connection ||
-                                                 _servers[peer.server].bulk == connection);
+                const Session& session = _servers[peer.server].session;
+                const bool ours = peer.known && (session.control == connection || session.bulk == connection);
                 const std::string reason = peer.link->reason();
+                const std::size_t server = peer.server;
                 drop(connection);
                 if (!ours) break;
-                const RemoteServer& remote = _servers[peer.server].remote;
-                fail(remote.host.empty() ? reason : fmt::format("{} (at {}:{})", reason, remote.host, remote.port));
+                const RemoteServer& remote = _servers[server].remote;
+                lose(server,
+                     remote.host.empty() ? reason : fmt::format("{} (at {}:{})", reason, remote.host, remote.port),
+                     now);
                 break;
             }
         }
     }
+}
+
+void ClusterClient::lose(std::size_t index, const std::string& reason, TimePoint now) {
+    if (_error) return;
+    if (endsTheCluster()) return fail(reason);
+    Server& server = _servers[index];
+    const bool wasConnected = server.session.connected();
+    const Session gone = std::exchange(server.session, {});
+    for (const ConnectionId id : {gone.control, gone.bulk}) {
+        if (Link* one = link(id)) one->close(reason);
+        drop(id);
+    }
+    for (Running& running : _running) {
+        Part& part = running.parts[index];
+        part.waitedFor = part.ready = part.sent = false;
+        part.tilesDone = true;
+    }
+    if (_phase == Phase::Explaining && !server.explanation) server.explanation.emplace();
+    if (_phase == Phase::Digests && index == _digestServer) {
+        _digests = {};
+        _phase = Phase::Idle;
+    }
+    if (wasConnected) {
+        server.whole = false;
+        server.lost = true;
+        report(ServerIncident::Kind::Lost, index, reason);
+    } else if (server.lastFailure != reason) {
+        report(ServerIncident::Kind::Refused, index, reason);
+    }
+    server.lastFailure = reason;
+    if (!server.remote.host.empty() && !server.dialling) redialLater(server, now);
+}
+
+// SplitMix64 (Steele, Lea, Flood 2014) for the jitter: servers that were lost together are not dialled together.
+void ClusterClient::redialLater(Server& server, TimePoint now) {
+    std::uint64_t z = (_random += 0x9e3779b97f4a7c15);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
+    z ^= z >> 31;
+    const Duration pause = std::min(_options.rejoinMost, _options.rejoinLeast * (1 << std::min(server.failures, 16)));
+    server.redialAt =
+        now + pause / 2 + Duration(static_cast<Duration::rep>(z % static_cast<std::uint64_t>(pause.count() / 2 + 1)));
+    server.redialBulk = false;
+    ++server.failures;
+}
+
+void ClusterClient::report(ServerIncident::Kind kind, std::size_t server, std::string text) {
+    if (_incidents.size() < kMaxIncidents) _incidents.push_back({kind, server, std::move(text)});
 }
 
 void ClusterClient::greeted(ConnectionId connection, Peer& peer) {
@@ -212,7 +320,9 @@ void ClusterClient::greeted(ConnectionId connection, Peer& peer) {
         const bool bulk = hello.channel == wire::Channel::Bulk;
         const bool ours = !bulk || (hello.token == _options.token && hello.epoch == _options.epoch);
         const auto found = std::find_if(_servers.begin(), _servers.end(), [&](const Server& server) {
-            return server.remote.host.empty() && (bulk ? server.controlOpen && server.bulk == 0 : server.control == 0) &&
+            const Session& session = server.session;
+            return server.remote.host.empty() &&
+                   (bulk ? session.controlOpen && session.bulk == 0 : session.control == 0) &&
                    (server.remote.name.empty() || server.remote.name == hello.name);
         });
         if (!ours || found == _servers.end())
@@ -223,240 +333,109 @@ void ClusterClient::greeted(ConnectionId connection, Peer& peer) {
         mine.wantedName = _servers[peer.server].remote.name;
     }
     if (const std::string reason = handshakeObjection(mine, hello); !reason.empty()) return peer.link->refuse(reason);
+    Session& session = _servers[peer.server].session;
     if (!peer.known) {
         peer.known = true;
-        (peer.bulk ? _servers[peer.server].bulk : _servers[peer.server].control) = connection;
+        (peer.bulk ? session.bulk : session.control) = connection;
+        session.epoch = _options.epoch;
     }
-    peer.link->accept(_options.epoch);
+    peer.link->accept(session.epoch);
 }
 
 void ClusterClient::linkOpen(ConnectionId connection, Peer& peer) {
     Server& server = _servers[peer.server];
+    Session& session = server.session;
     if (peer.bulk) {
-        server.bulkOpen = true;
-        server.sender.fill(*peer.link);
+        session.bulkOpen = true;
+        session.sender.fill(*peer.link);
     } else {
-        server.controlOpen = true;
-        UMBRIEL_ASSERT(server.control == connection, "an open control connection belongs to its server");
+        session.controlOpen = true;
+        UMBRIEL_ASSERT(session.control == connection, "an open control connection belongs to its server");
         peer.link->send(wire::Assign{_options.wall, server.remote.tiles});
         if (!server.remote.host.empty()) dial(peer.server, true);
     }
-    const bool all = std::all_of(_servers.begin(), _servers.end(),
-                                 [](const Server& one) { return one.controlOpen && one.bulkOpen; });
-    if (_phase == Phase::Connecting && all) _phase = Phase::Idle;
+    if (_phase != Phase::Connecting) return;
+    if (!std::all_of(_servers.begin(), _servers.end(), [](const Server& one) { return one.session.connected(); }))
+        return;
+    _phase = Phase::Idle;
+    for (Server& one : _servers) one.session.waitedFor = true;
 }
 
 std::uint64_t ClusterClient::bytesSent(const Server& server) const {
     std::uint64_t sum = 0;
-    for (const ConnectionId id : {server.control, server.bulk})
+    for (const ConnectionId id : {server.session.control, server.session.bulk})
         if (const auto found = _peers.find(id); found != _peers.end()) sum += found->second.link->bytesSent();
     return sum;
 }
 
 void ClusterClient::assign(PixelSize wall, std::vector<std::vector<TileAssignment>> tiles) {
-    UMBRIEL_ASSERT(!isBusy() && tiles.size() == _servers.size(), "tiles change between requests, for every server");
+    UMBRIEL_ASSERT(_phase == Phase::Idle && _running.empty() && tiles.size() == _servers.size(),
+                   "tiles change between requests, for every server");
     if (_error) return;
     _options.wall = wall;
     for (std::size_t i = 0; i < _servers.size(); ++i) {
         Server& server = _servers[i];
         server.remote.tiles = std::move(tiles[i]);
-        if (Link* control = link(server.control); control && !control->send(wire::Assign{wall, server.remote.tiles}))
-            return fail(fmt::format("{} does not read what it is sent", textOf(server)));
+        if (!server.session.controlOpen) continue;
+        // In order with the frames before it that still wait for room.
+        server.session.outbox.emplace_back(
+            MessageType::Assign,
+            std::make_shared<const wire::Bytes>(wire::encode(wire::Assign{wall, server.remote.tiles})));
+        feed(server);
     }
 }
 
-void ClusterClient::beginFrame(OutgoingFrame frame, TimePoint now) {
-    UMBRIEL_ASSERT(_phase == Phase::Idle, "one request at a time");
-    if (_error) return;
-    _phase = Phase::Drawing;
-    _phaseStart = now;
-    _frame = std::move(frame);
-    _swapped = false;
-    _mismatch.reset();
-    _encoded.clear();
-    _changeParts.clear();
-    _inlineChanges = {};
-    for (std::size_t i = 0; i < _frame.changes.size(); ++i) {
-        const wire::Bytes& part = _frame.changes[i];
-        if (i + 1 == _frame.changes.size() && part.size() <= wire::kMaxInlineChangeBytes) _inlineChanges = part;
-        else _changeParts.push_back(std::make_shared<const wire::Bytes>(wire::encode(wire::Changes{part})));
-    }
-    for (Server& server : _servers) {
-        server.ready = false;
-        server.tilesDone = !_frame.wantPixels || server.remote.tiles.empty();
-        server.outcome = {};
-        if (_frame.wantPixels) server.tiles.expect(_frame.number, server.remote.tiles);
-        server.withViews = server.views != _frame.views;
-        server.withTime = !server.time || *server.time != _frame.time;
-        server.views = _frame.views;
-        server.time = _frame.time;
-        server.outcome.viewBytes = server.withViews ? _frame.views.size() : 0;
-        server.nextPart = 0;
-        server.frameSent = false;
-    }
-    for (Server& server : _servers) feed(server);
-    if (!_error) frameProgress(now);
+bool ClusterClient::isWhole() const {
+    return std::all_of(_servers.begin(), _servers.end(), [](const Server& server) { return server.whole; });
 }
 
-void ClusterClient::feed(Server& server) {
-    while (!server.frameSent && !_error) {
-        Link* control = link(server.control);
-        if (control && control->output().size() >= kControlTarget) return;
-        const bool last = server.nextPart == _changeParts.size();
-        const bool sent = control && (last ? control->sendShared(MessageType::Frame,
-                                                                 frameMessage(server.withViews, server.withTime))
-                                           : control->sendShared(MessageType::Changes, _changeParts[server.nextPart]));
-        if (!sent) return fail(fmt::format("{} does not take its data: too much is waiting for it", textOf(server)));
-        if (last) server.frameSent = true;
-        else ++server.nextPart;
-    }
-}
-
-std::shared_ptr<const wire::Bytes> ClusterClient::frameMessage(bool withViews, bool withTime) {
-    for (const EncodedFrame& encoded : _encoded)
-        if (encoded.withViews == withViews && encoded.withTime == withTime) return encoded.payload;
-    wire::Frame message;
-    message.number = _frame.number;
-    message.wantPixels = _frame.wantPixels;
-    message.fromNothing = _frame.fromNothing;
-    if (withTime) message.time = _frame.time;
-    if (withViews) message.views = _frame.views;
-    message.changes = _inlineChanges;
-    _encoded.push_back({withViews, withTime, std::make_shared<const wire::Bytes>(wire::encode(message))});
-    return _encoded.back().payload;
-}
-
-Result<void> ClusterClient::message(Server& server, MessageType type, std::span<const std::byte> payload, TimePoint now) {
-    switch (type) {
-        case MessageType::Ready: {
-            const auto ready = wire::decode<wire::Ready>(payload);
-            if (!ready) return ready.error();
-            if (_phase != Phase::Drawing || server.ready || ready->frame != static_cast<std::uint16_t>(_frame.number))
-                return failure(fmt::format("it is ready with frame {}, which was not asked for", ready->frame));
-            server.ready = true;
-            server.readyAt = now;
-            server.outcome.ready = *ready;
-            frameProgress(now);
-            return {};
-        }
-        case MessageType::Failed: {
-            const auto failed = wire::decode<wire::Failed>(payload);
-            if (!failed) return failed.error();
-            return failure(fmt::format("frame {} cannot be drawn: {}", failed->frame, failed->text));
-        }
-        case MessageType::BlobWanted: {
-            const auto wanted = wire::decode<wire::BlobWanted>(payload);
-            if (!wanted) return wanted.error();
-            for (const Hash128& hash : wanted->hashes) {
-                const auto found = _frame.blobs.find(hash);
-                if (found == _frame.blobs.end())
-                    return failure(fmt::format("it asks for blob {}, which is not in this frame", toHex(hash)));
-                server.sender.addBlob(hash, found->second);
-            }
-            if (Link* bulk = link(server.bulk)) server.sender.fill(*bulk);
-            return {};
-        }
-        case MessageType::TileData: {
-            const auto data = wire::decode<wire::TileData>(payload);
-            if (!data) return data.error();
-            if (_phase != Phase::Drawing || server.tilesDone) return failure("it sends pixels that nobody asked for");
-            const auto done = server.tiles.part(*data);
-            if (!done) return done.error();
-            if (*done) {
-                server.tilesDone = true;
-                server.outcome.tiles = server.tiles.take();
-                frameProgress(now);
-            }
-            return {};
-        }
-        case MessageType::DigestReply: {
-            auto reply = wire::decode<wire::DigestReply>(payload);
-            if (!reply) return reply.error();
-            if (_phase != Phase::Digests || &server != &_servers[_digestServer])
-                return failure("it sends digests that nobody asked for");
-            _digests = std::move(*reply);
-            _phase = Phase::Idle;
-            return {};
-        }
-        case MessageType::ExplainReply: {
-            auto reply = wire::decode<wire::ExplainReply>(payload);
-            if (!reply) return reply.error();
-            if (_phase != Phase::Explaining || server.explanation) return failure("it explains what nobody asked for");
-            server.explanation = std::move(reply->text);
-            if (std::all_of(_servers.begin(), _servers.end(), [](const Server& one) { return one.explanation.has_value(); }))
-                _phase = Phase::Idle;
-            return {};
-        }
-        default:
-            return failure(fmt::format("a {} message has no meaning here", wire::ruleOf(type).name));
-    }
-}
-
-void ClusterClient::frameProgress(TimePoint now) {
-    if (!_swapped) {
-        for (const Server& server : _servers)
-            if (!server.ready) return;
-        for (std::size_t i = 0; i < _servers.size() && !_mismatch; ++i)
-            if (_servers[i].outcome.ready.digest != _frame.digest) _mismatch = i;
-        if (_mismatch) {
-            _phase = Phase::Idle;  // nothing is shown: the caller asks what differs
-            return;
-        }
-        const auto swap = std::make_shared<const wire::Bytes>(wire::encode(wire::Swap{_frame.number}));
-        for (std::size_t i = 0; i < _servers.size(); ++i) {
-            Link* control = link(_servers[i].control);
-            if (!control || !control->sendShared(MessageType::Swap, swap))
-                return fail(fmt::format("{} does not take its data: too much is waiting for it", textOf(i)));
-            _servers[i].outcome.wait = now - _servers[i].readyAt;
-        }
-        _swapped = true;
-    }
-    for (const Server& server : _servers)
-        if (!server.tilesDone) return;
-    for (Server& server : _servers) {
-        const std::uint64_t sent = bytesSent(server);
-        server.outcome.bytes = sent - server.bytesBefore;
-        server.bytesBefore = sent;
-    }
-    _frame.blobs.clear();
-    _phase = Phase::Idle;
+bool ClusterClient::wantsSnapshot() const {
+    return std::any_of(_servers.begin(), _servers.end(), [](const Server& server) {
+        return server.session.connected() && server.session.needsSnapshot && server.session.sent.empty();
+    });
 }
 
 std::vector<std::string> ClusterClient::waitingFor() const {
     std::vector<std::string> names;
     for (std::size_t i = 0; i < _servers.size(); ++i) {
         const Server& server = _servers[i];
-        const bool done = _phase == Phase::Connecting ? server.controlOpen && server.bulkOpen
-                          : _phase == Phase::Drawing  ? server.ready && server.tilesDone
-                          : _phase == Phase::Digests  ? i != _digestServer
-                          : _phase == Phase::Explaining ? server.explanation.has_value()
-                                                        : true;
+        bool done = true;
+        if (_phase == Phase::Connecting)
+            done = server.session.connected();
+        else if (_phase == Phase::Digests)
+            done = i != _digestServer;
+        else if (_phase == Phase::Explaining)
+            done = server.explanation.has_value();
+        else if (!_running.empty())
+            if (const Part& part = _running.front().parts[i]; part.waitedFor) done = part.ready && part.tilesDone;
         if (!done) names.push_back(textOf(i));
     }
     return names;
 }
 
-std::vector<ServerOutcome> ClusterClient::takeOutcome() {
-    std::vector<ServerOutcome> outcomes;
-    for (Server& server : _servers) outcomes.push_back(std::exchange(server.outcome, {}));
-    return outcomes;
-}
-
-void ClusterClient::beginDigestQuery(std::size_t server, const wire::DigestQuery& query) {
-    UMBRIEL_ASSERT(_phase == Phase::Idle, "one request at a time");
+void ClusterClient::beginDigestQuery(std::size_t index, const wire::DigestQuery& query) {
+    UMBRIEL_ASSERT(_phase == Phase::Idle && _running.empty(), "one request at a time");
+    if (_error) return;
+    _digests = {};
+    if (!_servers[index].session.connected()) return;
     _phase = Phase::Digests;
-    _digestServer = server;
-    Link* control = link(_servers[server].control);
-    if (!control || !control->send(query)) fail(fmt::format("{} cannot be asked for its digests", textOf(server)));
+    _digestServer = index;
+    if (!link(_servers[index].session.control)->send(query))
+        fail(fmt::format("{} cannot be asked for its digests", textOf(index)));
 }
 
 void ClusterClient::beginExplain() {
-    UMBRIEL_ASSERT(_phase == Phase::Idle, "one request at a time");
-    _phase = _servers.empty() ? Phase::Idle : Phase::Explaining;
+    UMBRIEL_ASSERT(_phase == Phase::Idle && _running.empty(), "one request at a time");
+    if (_error) return;
     for (std::size_t i = 0; i < _servers.size(); ++i) {
-        _servers[i].explanation.reset();
-        Link* control = link(_servers[i].control);
-        if (!control || !control->send(wire::Explain{}))
+        Server& server = _servers[i];
+        server.explanation.reset();
+        if (!server.session.connected() || !server.session.sent.empty()) {
+            server.explanation.emplace();
+            continue;
+        }
+        _phase = Phase::Explaining;
+        if (!link(server.session.control)->send(wire::Explain{}))
             return fail(fmt::format("{} cannot be asked to explain", textOf(i)));
     }
 }
@@ -467,10 +446,11 @@ std::vector<std::string> ClusterClient::takeExplanations() {
     return texts;
 }
 
-const wire::Hello& ClusterClient::serverHello(std::size_t server) const {
-    const auto found = _peers.find(_servers[server].control);
-    UMBRIEL_ASSERT(found != _peers.end() && found->second.link->peerHello(), "only a connected server has said hello");
-    return *found->second.link->peerHello();
+const wire::Hello* ClusterClient::serverHello(std::size_t server) const {
+    if (!_servers[server].session.controlOpen) return nullptr;
+    const auto found = _peers.find(_servers[server].session.control);
+    if (found == _peers.end() || !found->second.link->peerHello()) return nullptr;
+    return &*found->second.link->peerHello();
 }
 
 void ClusterClient::leave(const std::string& reason) {
@@ -481,7 +461,9 @@ void ClusterClient::leave(const std::string& reason) {
     if (!_error) _error = failure(reason);
 }
 
-void ClusterClient::fail(std::string message) { fail(failure(std::move(message))); }
+void ClusterClient::fail(std::string message) {
+    fail(failure(std::move(message)));
+}
 
 void ClusterClient::fail(Error error) {
     if (_error) return;

@@ -50,7 +50,8 @@ void ServerNode::opened(ConnectionId connection, std::uint64_t dialTag, TimePoin
 }
 
 void ServerNode::dialFailed(std::uint64_t dialTag, const Error& reason, TimePoint now) {
-    if (dialTag == kDialBulk) return endSession(fmt::format("the bulk connection cannot be opened: {}", reason.message));
+    if (dialTag == kDialBulk)
+        return endSession(fmt::format("the bulk connection cannot be opened: {}", reason.message));
     _dialling = false;
     _redialAt = now + _options.redialAfter;
 }
@@ -172,7 +173,8 @@ std::string ServerNode::objection(const wire::Hello& hello, bool bulk) const {
 
 void ServerNode::greeted(ConnectionId connection, Peer& peer, TimePoint) {
     const wire::Hello& hello = *peer.link->peerHello();
-    if (const std::string reason = objection(hello, peer.link->isBulk()); !reason.empty()) return peer.link->refuse(reason);
+    if (const std::string reason = objection(hello, peer.link->isBulk()); !reason.empty())
+        return peer.link->refuse(reason);
     if (peer.link->isBulk()) {
         _session->bulk = connection;
         return peer.link->accept(hello.epoch);
@@ -203,9 +205,11 @@ Result<void> ServerNode::message(MessageType type, std::span<const std::byte> pa
         case MessageType::Swap: {
             const auto swap = wire::decode<wire::Swap>(payload);
             if (!swap) return swap.error();
-            if (_session->shown.empty() || _session->shown.front() != swap->frame)
+            const auto drawn = std::find(_session->shown.begin(), _session->shown.end(), swap->frame);
+            if (drawn == _session->shown.end())
                 return failure(fmt::format("a swap of frame {}, which is not ready", swap->frame));
-            _session->shown.pop_front();
+            // Older ones were late, the wall went on without them: they are never shown.
+            _session->shown.erase(_session->shown.begin(), drawn + 1);
             _events.push_back(SwapRequested{swap->frame});
             return {};
         }
@@ -245,8 +249,9 @@ Result<void> ServerNode::message(MessageType type, std::span<const std::byte> pa
         case MessageType::JobOffer: {
             auto offer = wire::decode<wire::JobOffer>(payload);
             if (!offer) return offer.error();
-            _events.push_back(JobOffered{offer->job, offer->attempt, std::chrono::milliseconds(offer->leaseMilliseconds),
-                                         offer->kind, wire::Bytes(offer->payload.begin(), offer->payload.end())});
+            _events.push_back(JobOffered{offer->job, offer->attempt,
+                                         std::chrono::milliseconds(offer->leaseMilliseconds), offer->kind,
+                                         wire::Bytes(offer->payload.begin(), offer->payload.end())});
             return {};
         }
         case MessageType::JobCancel: {
@@ -266,8 +271,7 @@ Result<void> ServerNode::frame(std::span<const std::byte> payload) {
     if (!_session->assigned) return failure("a frame before tiles were assigned");
     if (frame->number <= _session->lastFrame)
         return failure(fmt::format("frame {} after frame {}", frame->number, _session->lastFrame));
-    if (_session->drawing.size() + _session->shown.size() >= kMaxFramesUnderWay)
-        return failure("more frames than this server takes at once");
+    if (_session->drawing.size() >= kMaxFramesUnderWay) return failure("more frames than this server takes at once");
     FrameRequested request;
     if (!frame->views.empty()) {
         auto views = wire::decodeViews(frame->views);
@@ -311,17 +315,22 @@ void ServerNode::send(const Message& message) {
     if (link && link->isOpen() && !link->send(message)) overflow();
 }
 
-void ServerNode::overflow() { endSession("the client reads too slowly"); }
+void ServerNode::overflow() {
+    endSession("the client reads too slowly");
+}
 
 void ServerNode::sendReady(std::uint64_t frame, wire::Ready ready) {
     if (!_session || _session->drawing.empty() || _session->drawing.front() != frame) return;  // of a session gone by
     _session->drawing.pop_front();
     _session->shown.push_back(frame);
+    if (_session->shown.size() > kMaxFramesUnderWay) _session->shown.pop_front();
     ready.frame = static_cast<std::uint16_t>(frame);
     send(ready);
 }
 
-void ServerNode::sendFailed(std::uint64_t frame, const std::string& text) { send(wire::Failed{frame, text}); }
+void ServerNode::sendFailed(std::uint64_t frame, const std::string& text) {
+    send(wire::Failed{frame, text});
+}
 
 void ServerNode::wantBlobs(const std::vector<wire::BlobRef>& blobs) {
     if (!_session) return;
@@ -342,11 +351,17 @@ void ServerNode::sendTiles(std::uint64_t frame, std::vector<TilePixels> tiles) {
     fillBulk();
 }
 
-void ServerNode::sendDigests(const wire::DigestReply& reply) { send(reply); }
+void ServerNode::sendDigests(const wire::DigestReply& reply) {
+    send(reply);
+}
 
-void ServerNode::sendExplanation(const std::string& text) { send(wire::ExplainReply{text}); }
+void ServerNode::sendExplanation(const std::string& text) {
+    send(wire::ExplainReply{text});
+}
 
-void ServerNode::sendJobLease(const wire::JobLease& lease) { send(lease); }
+void ServerNode::sendJobLease(const wire::JobLease& lease) {
+    send(lease);
+}
 
 void ServerNode::sendJobDone(wire::JobDone done, wire::Bytes result) {
     if (!_session) return;
@@ -367,7 +382,9 @@ void ServerNode::fillBulk() {
     if (found != _peers.end()) _session->sender.fill(*found->second.link);
 }
 
-void ServerNode::endSession(const std::string& reason) { ended(reason); }
+void ServerNode::endSession(const std::string& reason) {
+    ended(reason);
+}
 
 void ServerNode::leave(const std::string& reason) {
     endSession(reason);

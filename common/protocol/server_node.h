@@ -61,15 +61,15 @@ struct JobCancelled {
 };
 }  // namespace server_event
 
-using ServerEvent =
-    std::variant<server_event::SessionStarted, server_event::SessionEnded, server_event::Assigned,
-                 server_event::FrameRequested, server_event::SwapRequested, server_event::BlobArrived,
-                 server_event::DigestAsked, server_event::ExplainAsked, server_event::JobOffered, server_event::JobCancelled>;
+using ServerEvent = std::variant<server_event::SessionStarted, server_event::SessionEnded, server_event::Assigned,
+                                 server_event::FrameRequested, server_event::SwapRequested, server_event::BlobArrived,
+                                 server_event::DigestAsked, server_event::ExplainAsked, server_event::JobOffered,
+                                 server_event::JobCancelled>;
 
 struct ServerNodeOptions {
-    wire::Hello identity;        // name, build, type signature, GL and CPU; role and channel are set here
+    wire::Hello identity;  // name, build, type signature, GL and CPU; role and channel are set here
     LinkOptions link;
-    std::string dialHost;        // not empty: reach the client there instead of waiting for it
+    std::string dialHost;  // not empty: reach the client there instead of waiting for it
     std::uint16_t dialPort = 0;
     Duration redialAfter = std::chrono::milliseconds(500);
     std::size_t maxConnections = 64;  // strangers included; more are closed at once
@@ -79,7 +79,8 @@ struct ServerNodeOptions {
 // client with a higher epoch fences its old session; another one is refused by name while the first is alive.
 class ServerNode final : public Endpoint {
  public:
-    // The client may have this many frames under way before it has seen the first one ready.
+    // So many frames may be requested and not ready, and so many ready ones may still be swapped; of more, the oldest
+    // was given up by the client.
     static constexpr std::size_t kMaxFramesUnderWay = 2;
 
     ServerNode(ServerNodeOptions options, TimePoint now);
