@@ -44,7 +44,8 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command.add_option("--light", arguments.lights,
                        "dir:x,y,z | point:x,y,z | spot:x,y,z:dx,dy,dz:deg, optionally @r,g,b[,radius=m] (W/m2 or W/sr, linear); "
                        "dir and spot give the way the light travels, deg is the cone's full opening; repeatable; "
-                       "replaces the scene's own lights; none: no light at all");
+                       "replaces the scene's own lights; none: no light at all")
+        ->allow_extra_args(false);  // one value each time, so that SCENE may follow
     command.add_option("--background", arguments.background, "r,g,b linear (default: transparent black)");
     command.add_option("--samples", arguments.samples, "samples per pixel, 1 or 4")->capture_default_str();
     command.add_option("--tiles", arguments.tiles, "exact: bit-equal to one server, needs wall-sized targets; offset")
@@ -91,7 +92,8 @@ int main(int argc, char** argv) {
     RenderArguments render;
     CLI::App* renderCommand = app.add_subcommand("render", "draw one or more frames off screen into EXR or PNG files");
     addSceneOptions(*renderCommand, render.scene);
-    renderCommand->add_option("--out", render.out, "x.exr, x.png, a pattern such as x.%04d.exr, or a folder; repeatable");
+    renderCommand->add_option("--out", render.out, "x.exr, x.png, a pattern such as x.%04d.exr, or a folder; repeatable")
+        ->allow_extra_args(false);
     renderCommand->add_option("--layers", render.layers, "further EXR layers: depth,position,normal,ids,light");
     renderCommand->add_option("--frames", render.frames, "how many frames")->capture_default_str();
     renderCommand->add_option("--fps", render.fps, "frames per second of the animation")->capture_default_str();
@@ -128,7 +130,7 @@ int main(int argc, char** argv) {
     hdrCommand->add_option("--times", hdr.times, "seconds, as in 1/30,1/15, in the order of the photographs; @FILE; default: EXIF");
     hdrCommand->add_option("--merge", hdr.merge, "weighted, or nearest to mid-range")->capture_default_str();
     hdrCommand->add_option("--smoothness", hdr.smoothness, "of the response curve")->capture_default_str();
-    hdrCommand->add_option("--out", hdr.outs, ".exr, .hdr or .png; repeatable");
+    hdrCommand->add_option("--out", hdr.outs, ".exr, .hdr or .png; repeatable")->allow_extra_args(false);
     hdrCommand->add_option("--tone-mapping", hdr.toneMapping, "of a .png: clamp, exposure, reinhard, aces")->capture_default_str();
     hdrCommand->add_option("--exposure", hdr.exposure, "of a .png, in EV (default: the mean of the logarithms becomes 0.18)");
     hdrCommand->add_flag("--json", hdr.json, "print JSON");

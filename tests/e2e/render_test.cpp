@@ -119,6 +119,13 @@ TEST(Render, EachEyeOfAPairEqualsItsOwnRender) {
     EXPECT_EQ(compare(folder / "none.left.exr", folder / "none.right.exr")["bit_differing"], 0);
 }
 
+TEST(Render, OptionsMayStandBeforeTheSceneAndHaveNegativeValues) {
+    const TemporaryFolder folder;
+    render({"--light", "dir:-1,-2,-1", "--eye", "-4,2,4", "--target", "-1,0,0", "--size", "32x18", "--out", folder / "a.exr", "--out",
+            folder / "a.png", "demo:car"});
+    EXPECT_EQ(folder.names(), (std::vector<std::string>{"a.exr", "a.png"}));
+}
+
 TEST(Render, SequencesGoToNumberedFiles) {
     const TemporaryFolder folder;
     render({"demo:car", "--size", "64x36", "--frames", "3", "--out", folder / "x.%04d.exr"});
