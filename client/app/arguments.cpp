@@ -85,6 +85,13 @@ Result<GridArgument> parseGrid(std::string_view argument, std::string_view text)
     return GridArgument{pair->first, pair->second};
 }
 
+Result<protocol::FailurePolicy> parsePolicy(std::string_view argument, std::string_view text) {
+    if (text == "wait") return protocol::FailurePolicy::Wait;
+    if (text == "strict") return protocol::FailurePolicy::Strict;
+    if (text == "degrade") return protocol::FailurePolicy::Degrade;
+    return expected(argument, text, "wait, strict or degrade");
+}
+
 Result<glm::dvec2> parseWallSize(std::string_view text) {
     const auto parts = split(text, 'x');
     glm::dvec2 size{0.0};

@@ -11,6 +11,7 @@
 #include "common/math/glm.h"
 #include "common/scene/windows.h"
 #include "common/math/pixel_rect.h"
+#include "common/protocol/failure_policy.h"
 
 namespace umbriel {
 
@@ -36,6 +37,8 @@ struct LightArgument {
 Result<PixelSize> parseSize(std::string_view argument, std::string_view text);
 // "3x1", columns x rows.
 Result<GridArgument> parseGrid(std::string_view argument, std::string_view text);
+// "wait", "strict", "degrade".
+Result<protocol::FailurePolicy> parsePolicy(std::string_view argument, std::string_view text);
 // "3.2x1.8", metres.
 Result<glm::dvec2> parseWallSize(std::string_view text);
 // "1,2.5,-3": finite numbers.

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <ostream>
 
+#include "client/app/held_tiles.h"
 #include "client/app/progress.h"
 #include "client/import/load_scene.h"
 #include "client/import/procedural.h"
@@ -86,7 +87,9 @@ nlohmann::json toJson(const FrameReport& report) {
                            {"triangles", server.triangles},
                            {"shadow_triangles", server.shadowTriangles},
                            {"digest", toHex(server.digest)}});
-    return {{"frame", report.frame}, {"entries", report.entries}, {"change_bytes", report.changeBytes}, {"servers", servers}};
+    return {{"frame", report.frame}, {"entries", report.entries},   {"change_bytes", report.changeBytes},
+            {"servers", servers},    {"late", report.late},         {"lost", report.lost},
+            {"rejoined", report.rejoined}};
 }
 
 }  // namespace
@@ -138,6 +141,12 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
         return badInput(fmt::format("--tiles '{}': expected exact or offset", arguments.tiles));
     setup.tileMode = arguments.tiles == "exact" ? TileMode::Exact : TileMode::Offset;
 
+    const auto policy = parsePolicy("--policy", arguments.policy);
+    if (!policy) return policy.error();
+    setup.cluster.policy = *policy;
+    if (arguments.latency != 0 && arguments.latency != 1)
+        return badInput(fmt::format("--latency {}: expected 0 or 1 frame", arguments.latency));
+    setup.cluster.latency = arguments.latency;
     setup.cluster.insecureLan = arguments.insecureLan;
     if (!arguments.servers.empty()) {
         if (arguments.local) return badInput("--servers and --local exclude each other: servers that run, or embedded ones");
@@ -215,6 +224,23 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
     std::vector<std::string> written;
     AnimationPlayer player(scene, (*loaded)->loaded);
     Progress progress("frame", arguments.frames, arguments.scene.quiet || arguments.json);
+    HeldTiles tiles;
+    const auto deliver = [&](FrameReport& report) -> Result<void> {
+        if (report.frame == 0) return {};  // with latency 1 the first frame is still drawn
+        if (!files->empty()) {
+            tiles.take(std::move(report.tiles));
+            for (const Eye eye : setup->eyes) {
+                const std::string_view suffix = setup->eyes.size() == 1 ? "" : eye == Eye::Left ? "left" : "right";
+                const auto paths = files->write(report.frame, suffix, assembleWall(setup->wall, tiles.all(), eye),
+                                                arguments.exposure, *toneMapping);
+                if (!paths) return paths.error();
+                for (const auto& path : *paths) written.push_back(path.string());
+            }
+        }
+        if (arguments.json) frames.push_back(toJson(report));
+        progress.step();
+        return {};
+    };
     for (std::uint64_t i = 0; i < arguments.frames; ++i) {
         const double time = static_cast<double>(i) / arguments.fps;
         player.advanceTo(time, scene);
@@ -227,17 +253,14 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
         views->views.layers = layers;
         auto report = (*cluster)->frame(scene, views->views, time, !files->empty());
         if (!report) return exitCodeOf(report.error());
-        if (!files->empty()) {
-            for (const Eye eye : setup->eyes) {
-                const std::string_view suffix = setup->eyes.size() == 1 ? "" : eye == Eye::Left ? "left" : "right";
-                const auto paths = files->write(report->frame, suffix, assembleWall(setup->wall, report->tiles, eye),
-                                                arguments.exposure, *toneMapping);
-                if (!paths) return exitCodeOf(paths.error());
-                for (const auto& path : *paths) written.push_back(path.string());
-            }
-        }
-        if (arguments.json) frames.push_back(toJson(*report));
-        progress.step();
+        if (const auto delivered = deliver(*report); !delivered) return exitCodeOf(delivered.error());
+    }
+    for (bool more = true; more;) {
+        auto last = (*cluster)->finish();
+        if (!last) return exitCodeOf(last.error());
+        more = last->has_value();
+        if (!more) break;
+        if (const auto delivered = deliver(**last); !delivered) return exitCodeOf(delivered.error());
     }
     progress.finish();
 

@@ -32,6 +32,8 @@ struct SceneArguments {
     std::string background;               // r,g,b
     int samples = 1;
     std::string tiles = "offset";
+    std::string policy = "wait";          // view: degrade
+    int latency = 0;
     bool insecureLan = false;
     bool quiet = false;
     std::string logLevel = "warning";

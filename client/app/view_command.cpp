@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "client/app/held_tiles.h"
 #include "client/app/orbit.h"
 #include "client/app/window.h"
 #include "client/session/animation_player.h"
@@ -100,6 +101,7 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
     Playback playback(clock);
     AnimationPlayer player(scene, (*loaded)->loaded);
     std::optional<CameraControl> camera;
+    HeldTiles held;
     TimePoint titleTime = clock.now();
     std::uint64_t titleFrames = 0;
     for (std::uint64_t frames = 0; arguments.frames == 0 || frames < arguments.frames; ++frames) {
@@ -111,6 +113,7 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
             if (auto tiles = gridTiles(size, grid->columns, grid->rows)) {
                 if (const auto assigned = (*cluster)->assign(*tiles); !assigned) return exitCodeOf(assigned.error());
                 setup->wall = size;
+                held.clear();
             }
         }
         const double time = playback.advance();
@@ -123,7 +126,8 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
         views->views.samples = setup->samples;
         auto report = (*cluster)->frame(scene, views->views, time, true);
         if (!report) return exitCodeOf(report.error());
-        (*window)->show(assembleWall(setup->wall, report->tiles, Eye::Mono).rgba);
+        held.take(std::move(report->tiles));
+        if (report->frame > 0) (*window)->show(assembleWall(setup->wall, held.all(), Eye::Mono).rgba);
 
         ++titleFrames;
         if (const TimePoint now = clock.now(); now - titleTime >= std::chrono::seconds(1)) {

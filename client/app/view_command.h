@@ -7,6 +7,8 @@
 namespace umbriel {
 
 struct ViewArguments {
+    ViewArguments() { scene.policy = "degrade"; }
+
     SceneArguments scene;
     std::uint64_t frames = 0;  // 0: until the window is closed
 };

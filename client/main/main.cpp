@@ -50,6 +50,11 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command.add_option("--samples", arguments.samples, "samples per pixel, 1 or 4")->capture_default_str();
     command.add_option("--tiles", arguments.tiles, "exact: bit-equal to one server, needs wall-sized targets; offset")
         ->capture_default_str();
+    command.add_option("--policy", arguments.policy,
+                       "a late or lost server: wait (it is waited for, its loss is an error), strict (2 s), degrade (about three "
+                       "frames); the wall then goes on, the tile holds its last picture until the server is back")
+        ->capture_default_str();
+    command.add_option("--latency", arguments.latency, "0 or 1: prepare the next frame while the servers draw")->capture_default_str();
     command.add_flag("--insecure-lan", arguments.insecureLan, "allow unencrypted servers beyond this machine");
     command.add_flag("--quiet", arguments.quiet, "print errors only");
     command.add_option("--log-level", arguments.logLevel, "trace, debug, info, warning, error, off")->capture_default_str();
