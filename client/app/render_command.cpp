@@ -29,8 +29,11 @@ Result<CameraArguments> checkCamera(const SceneArguments& arguments) {
     camera.name = arguments.camera;
     const bool placed = !arguments.eye.empty() || !arguments.target.empty() || !arguments.up.empty();
     if (!camera.name.empty() && (placed || arguments.fov))
-        return badInput("--camera names a camera of the file; --eye, --target, --up and --fov describe another: give one or the other");
-    const auto vector = [](std::string_view name, const std::string& text, std::optional<glm::dvec3>& into) -> Result<void> {
+        return badInput(
+            "--camera names a camera of the file; --eye, --target, --up and --fov describe another: give one or the "
+            "other");
+    const auto vector = [](std::string_view name, const std::string& text,
+                           std::optional<glm::dvec3>& into) -> Result<void> {
         if (text.empty()) return {};
         const auto value = parseVector(name, text);
         if (!value) return value.error();
@@ -87,8 +90,8 @@ nlohmann::json toJson(const FrameReport& report) {
                            {"triangles", server.triangles},
                            {"shadow_triangles", server.shadowTriangles},
                            {"digest", toHex(server.digest)}});
-    return {{"frame", report.frame}, {"entries", report.entries},   {"change_bytes", report.changeBytes},
-            {"servers", servers},    {"late", report.late},         {"lost", report.lost},
+    return {{"frame", report.frame},      {"entries", report.entries}, {"change_bytes", report.changeBytes},
+            {"servers", servers},         {"late", report.late},       {"lost", report.lost},
             {"rejoined", report.rejoined}};
 }
 
@@ -107,7 +110,8 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
     const auto grid = parseGrid("--grid", arguments.grid);
     if (!grid) return grid.error();
     auto tiles = gridTiles(setup.wall, grid->columns, grid->rows);
-    if (!tiles) return badInput(fmt::format("--grid {} --size {}: {}", arguments.grid, arguments.size, tiles.error().message));
+    if (!tiles)
+        return badInput(fmt::format("--grid {} --size {}: {}", arguments.grid, arguments.size, tiles.error().message));
     setup.tiles = std::move(*tiles);
 
     if (const auto stereo = checkStereo(arguments, setup); !stereo) return stereo.error();
@@ -125,8 +129,9 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
     if (!shadow) return shadow.error();
     setup.stage.shadowMode = *shadow;
     if (arguments.mapSize > 16384)
-        return badInput(fmt::format("--map-size {}: expected 1 to 16384 texels, or 0 for the largest power of two within the wall",
-                                    arguments.mapSize));
+        return badInput(
+            fmt::format("--map-size {}: expected 1 to 16384 texels, or 0 for the largest power of two within the wall",
+                        arguments.mapSize));
     setup.stage.mapSize = arguments.mapSize;
     if (!arguments.background.empty()) {
         const auto colour = parseVector("--background", arguments.background);
@@ -149,7 +154,8 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
     setup.cluster.latency = arguments.latency;
     setup.cluster.insecureLan = arguments.insecureLan;
     if (!arguments.servers.empty()) {
-        if (arguments.local) return badInput("--servers and --local exclude each other: servers that run, or embedded ones");
+        if (arguments.local)
+            return badInput("--servers and --local exclude each other: servers that run, or embedded ones");
         auto servers = parseServers(arguments.servers);
         if (!servers) return servers.error();
         setup.cluster.servers = std::move(*servers);
@@ -195,7 +201,8 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
         return exitCodeOf(badInput(fmt::format("--exposure {}: expected -100 to 100 EV", arguments.exposure)));
     const auto toneMapping = toneMappingNamed(arguments.toneMapping);
     if (!toneMapping)
-        return exitCodeOf(badInput(fmt::format("--tone-mapping '{}': expected clamp, exposure, reinhard or aces", arguments.toneMapping)));
+        return exitCodeOf(badInput(
+            fmt::format("--tone-mapping '{}': expected clamp, exposure, reinhard or aces", arguments.toneMapping)));
     std::uint32_t layers = static_cast<std::uint32_t>(Layer::Colour);
     if (!arguments.layers.empty()) {
         const auto parsed = parseLayers(arguments.layers);
@@ -205,8 +212,10 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
     const auto files = OutputFiles::plan(arguments.out, arguments.frames);
     if (!files) return exitCodeOf(files.error());
     if (!files->empty() && std::int64_t{setup->wall.width} * setup->wall.height > kMaxFilePixels)
-        return exitCodeOf(badInput(fmt::format("--size {}: one picture file holds at most {} pixels; leave --out away to draw "
-                                               "without writing", arguments.scene.size, kMaxFilePixels)));
+        return exitCodeOf(
+            badInput(fmt::format("--size {}: one picture file holds at most {} pixels; leave --out away to draw "
+                                 "without writing",
+                                 arguments.scene.size, kMaxFilePixels)));
 
     TypeRegistry types;
     registerCoreTypes(types);

@@ -77,6 +77,61 @@ TEST_F(EmbeddedServers, ThatAreKilledAreNamedAtOnce) {
     EXPECT_NE(frame.error().message.find("server 'right'"), std::string::npos) << frame.error().message;
 }
 
+TEST_F(EmbeddedServers, ThatAreKilledAndStartedAgainComeBackWhileTheOthersDraw) {
+    const auto start = [](const std::string& name, std::uint16_t port) {
+        return ServerProcess::start(kServer, {"--name", name, "--listen", "127.0.0.1:" + std::to_string(port)}, {});
+    };
+    std::vector<ServerProcess> processes;
+    for (const std::string name : {"left", "right"}) {
+        auto process = start(name, 0);
+        ASSERT_TRUE(process) << process.error().message;
+        const auto port = process->waitForPort(std::chrono::seconds(30));
+        ASSERT_TRUE(port) << port.error().message;
+        options.servers.push_back({name, "127.0.0.1", *port});
+        processes.push_back(std::move(*process));
+    }
+    options.policy = FailurePolicy::Degrade;
+    auto cluster = Cluster::connect(options, types, tiles);
+    ASSERT_TRUE(cluster) << cluster.error().message;
+    Aspect scene(types, ids);
+    const auto transform = scene.create<Transform>("wheel");
+    double time = 0.0;
+    const auto draw = [&] {
+        scene.edit(transform).set<&Transform::translation>(glm::dvec3(time += 1.0));
+        return (*cluster)->frame(scene, views, time, false);
+    };
+    ASSERT_TRUE(draw());
+    ::kill(processes[1].pid(), SIGKILL);
+    bool lost = false;
+    for (int i = 0; i < 1000 && !lost; ++i) {
+        const auto frame = draw();
+        ASSERT_TRUE(frame) << frame.error().message;
+        lost = frame->lost == std::vector<std::string>{"right"};
+    }
+    EXPECT_TRUE(lost);
+    auto again = start("right", options.servers[1].port);
+    ASSERT_TRUE(again) << again.error().message;
+    bool back = false;
+    for (int i = 0; i < 20'000 && !back; ++i) {
+        const auto frame = draw();
+        ASSERT_TRUE(frame) << frame.error().message;
+        back = frame->rejoined == std::vector<std::string>{"right"};
+        if (!frame->servers[1].shown) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    EXPECT_TRUE(back);
+    // A busy machine may make one or the other late again.
+    bool whole = false;
+    for (int i = 0; i < 1000 && !whole; ++i) {
+        const auto frame = draw();
+        ASSERT_TRUE(frame) << frame.error().message;
+        whole = frame->late.empty() && frame->lost.empty();
+        if (whole) {
+            EXPECT_EQ(frame->servers[0].digest, frame->servers[1].digest);
+        }
+    }
+    EXPECT_TRUE(whole);
+}
+
 TEST_F(EmbeddedServers, ThatAreStoppedAreNamedWithinSeconds) {
     auto process = ServerProcess::start(kServer, {"--name", "left", "--listen", "127.0.0.1:0"}, {});
     ASSERT_TRUE(process) << process.error().message;

@@ -42,13 +42,13 @@ class VirtualServer {
     }
 
     protocol::ServerNode node;
-    std::vector<std::string> clients;      // whose sessions started
-    std::vector<std::string> endings;      // reasons of sessions that ended
-    std::vector<std::uint64_t> swapped;    // frames shown
+    std::vector<std::string> clients;    // whose sessions started
+    std::vector<std::string> endings;    // reasons of sessions that ended
+    std::vector<std::uint64_t> swapped;  // frames shown
     std::uint64_t lastDigest = 0;
     std::uint64_t blobsReceived = 0;
     std::vector<TileAssignment> tiles;
-    bool stalled = false;                  // draws nothing, yet its network lives
+    bool stalled = false;  // draws nothing, yet its network lives
     std::uint64_t corruptDigestBy = 0;
     std::vector<protocol::server_event::JobOffered> jobs;
 
@@ -117,9 +117,10 @@ class VirtualServer {
         if (frame.wantPixels) {
             std::vector<TilePixels> pixels;
             for (const auto& tile : tiles)
-                pixels.push_back({tile, {{Layer::Colour, "colour", 4, false,
-                                          std::vector<std::byte>(static_cast<std::size_t>(tile.pixels.area()) * 16,
-                                                                 static_cast<std::byte>(tile.tile))}}});
+                pixels.push_back({tile,
+                                  {{Layer::Colour, "colour", 4, false,
+                                    std::vector<std::byte>(static_cast<std::size_t>(tile.pixels.area()) * 16,
+                                                           static_cast<std::byte>(tile.tile))}}});
             node.sendTiles(frame.number, std::move(pixels));
         }
         _frames.pop_front();
@@ -160,8 +161,11 @@ class VirtualClient {
         options.token = {token, token};
         options.wall = {static_cast<int>(servers.size()) * 10, 10};
         for (std::size_t i = 0; i < servers.size(); ++i)
-            options.servers.push_back({servers[i], servers[i], 7420,
-                                       {{static_cast<std::uint32_t>(i), {static_cast<int>(i) * 10, 0, 10, 10}, Eye::Mono}}});
+            options.servers.push_back(
+                {servers[i],
+                 servers[i],
+                 7420,
+                 {{static_cast<std::uint32_t>(i), {static_cast<int>(i) * 10, 0, 10, 10}, Eye::Mono}}});
         return options;
     }
 
@@ -180,6 +184,13 @@ class VirtualClient {
         outgoing.changes = std::move(encoded.parts);
         for (auto& blob : encoded.blobs) outgoing.blobs.emplace(blob.ref.hash, std::move(blob.data));
         outgoing.digest = digest.total();
+        if (frame > 1 && client.wantsSnapshot()) {
+            auto whole = wire::encodeChanges(scene.snapshot(), scene, encoding);
+            outgoing.snapshot.emplace();
+            outgoing.snapshot->parts = std::move(whole.parts);
+            for (auto& blob : whole.blobs) outgoing.snapshot->blobs.emplace(blob.ref.hash, std::move(blob.data));
+            ++snapshots;
+        }
         client.beginFrame(std::move(outgoing), _network.now());
         _network.poke(client);
     }
@@ -196,6 +207,7 @@ class VirtualClient {
     StateDigest digest;
     WallViews views;
     std::uint64_t frame = 0;
+    int snapshots = 0;  // encoded for servers that joined
     protocol::ClusterClient client;
 
  private:
