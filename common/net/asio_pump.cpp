@@ -72,6 +72,7 @@ struct AsioPump::Implementation {
     std::function<void()> hook;
     TimePoint armedFor = TimePoint::max();
     bool warning = false;
+    bool turnDue = false;
 
     Implementation(protocol::Endpoint& e, bool insecure) : endpoint(e), insecureLan(insecure) {}
 
@@ -174,7 +175,7 @@ struct AsioPump::Implementation {
         connection.buffer.resize(kReadBytes);
         endpoint.opened(id, tag, clock.now());
         read(id, connection);
-        turn();
+        turnSoon();
     }
 
     void read(ConnectionId id, Connection& connection) {
@@ -188,14 +189,14 @@ struct AsioPump::Implementation {
                 if (!connection.closing)
                     endpoint.received(id, std::span(connection.buffer).first(count), clock.now());
                 read(id, connection);
-                turn();
+                turnSoon();
             });
     }
 
     void finish(ConnectionId id, const std::string& reason) {
         connections.erase(id);
         endpoint.closed(id, reason, clock.now());
-        turn();
+        turnSoon();
     }
 
     void write(ConnectionId id, Connection& connection) {
@@ -220,6 +221,15 @@ struct AsioPump::Implementation {
             if (error) return;
             if (protocol::SendQueue* queue = endpoint.output(id)) queue->consumed(count);
             endpoint.written(id, clock.now());
+            turnSoon();
+        });
+    }
+
+    // Once for all that has happened by now: a turn looks at every connection, and a frame's answers come together.
+    void turnSoon() {
+        if (std::exchange(turnDue, true)) return;
+        boost::asio::post(context, [this] {
+            turnDue = false;
             turn();
         });
     }

@@ -225,17 +225,17 @@ int main(int argc, char** argv) {
         ClusterLoop draw(servers, types, "bench_server");
         std::unique_ptr<ClusterLoop> gl;
         if (servers <= glUpTo) gl = std::make_unique<ClusterLoop>(servers, types, "umbriel-server");
-        const std::vector<double> seconds = bench::interleaved(
+        const auto seconds = bench::interleaved(
             rounds, [&] { return plain.run(frames); }, [&] { return network.run(frames); },
             [&] { return draw.run(frames); }, [&] { return gl ? gl->run(frames / 10) : 0.0; });
         report.figure(name("plain loop"), seconds[0] * 1e6, "us");
         report.figure(name("network thread"), seconds[1] * 1e6, "us");
         report.figure(name("hand-over to a draw thread"), seconds[2] * 1e6, "us");
-        report.figure(name("network thread / plain"), seconds[1] / seconds[0], "x", 1.5);
-        report.figure(name("hand-over / plain"), seconds[2] / seconds[0], "x", 3.0);
+        report.figure(name("network thread / plain"), seconds.ratio({1}, 0), "x", 1.5);
+        report.figure(name("hand-over / plain"), seconds.ratio({2}, 0), "x", 3.0);
         if (gl) {
             report.figure(name("OpenGL contexts, 16x16 tiles"), seconds[3] * 1e6, "us");
-            report.figure(name("OpenGL contexts / plain"), seconds[3] / seconds[0], "x");
+            report.figure(name("OpenGL contexts / plain"), seconds.ratio({3}, 0), "x");
         }
         report.figure(name("bytes of an idle frame to a server"), static_cast<double>(draw.bytesOfLastFrame()), "bytes",
                       64);

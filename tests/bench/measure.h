@@ -31,18 +31,37 @@ double secondsOf(Function&& function) {
     return secondsNow() - start;
 }
 
-// Medians of interleaved repetitions: every round runs each of the functions once, so that a machine that is busy
-// elsewhere slows them all and the ratios stay what they are.
+// Interleaved repetitions: every round runs each of the functions once, so that a machine that is busy elsewhere slows
+// them all. What each returned (seconds), round by round.
+class Rounds {
+ public:
+    explicit Rounds(std::vector<std::vector<double>> seconds) : _seconds(std::move(seconds)) {}
+    std::size_t size() const { return _seconds.size(); }
+    // Of one function.
+    double operator[](std::size_t function) const { return median(_seconds[function]); }
+    // The median of what was found within one round.
+    double ratio(std::vector<std::size_t> numerators, std::size_t denominator) const {
+        std::vector<double> ratios;
+        for (std::size_t round = 0; round < _seconds[denominator].size(); ++round) {
+            double sum = 0.0;
+            for (const std::size_t numerator : numerators) sum += _seconds[numerator][round];
+            ratios.push_back(sum / _seconds[denominator][round]);
+        }
+        return median(std::move(ratios));
+    }
+
+ private:
+    std::vector<std::vector<double>> _seconds;
+};
+
 template <class... Functions>
-std::vector<double> interleaved(int rounds, Functions&&... functions) {
+Rounds interleaved(int rounds, Functions&&... functions) {
     std::vector<std::vector<double>> seconds(sizeof...(functions));
     for (int round = 0; round < rounds; ++round) {
         std::size_t i = 0;
         (seconds[i++].push_back(functions()), ...);
     }
-    std::vector<double> medians;
-    for (auto& values : seconds) medians.push_back(median(std::move(values)));
-    return medians;
+    return Rounds(std::move(seconds));
 }
 
 // One figure: a line for people, or an object of a JSON array's line. bound 0: none is set.

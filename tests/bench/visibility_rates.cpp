@@ -98,9 +98,8 @@ int main(int count, char** arguments) {
     const visibility::Mapping mapping{visibility::MappingKind::HemiSphere,
                                       static_cast<std::uint32_t>(count > 2 ? std::atoi(arguments[2]) : 32)};
     const int runs = count > 3 ? std::atoi(arguments[3]) : 5;
-    std::uint32_t rows =
-        std::min<std::uint32_t>(static_cast<std::uint32_t>(prepared->rows.size()),
-                                count > 4 ? static_cast<std::uint32_t>(std::atoi(arguments[4])) : ~0u);
+    std::uint32_t rows = std::min<std::uint32_t>(static_cast<std::uint32_t>(prepared->rows.size()),
+                                                 count > 4 ? static_cast<std::uint32_t>(std::atoi(arguments[4])) : ~0u);
     const trace::DirectionPackets set = visibility::directionPackets(mapping);
     if (rows < prepared->rows.size()) rows = rows / visibility::kRowsPerBlock * visibility::kRowsPerBlock;
     const double rays = static_cast<double>(rows) * visibility::pixelCount(mapping);
