@@ -13,7 +13,7 @@ if(UMBRIEL_WERROR)
 endif()
 
 if(UMBRIEL_SANITIZE)
-  set(CMAKE_CXX_FLAGS_RELEASE "-O1 -DNDEBUG")  # instrumented code compiles a third faster so, and runs about as fast
+  set(CMAKE_CXX_FLAGS_RELEASE "-O1 -DNDEBUG")  # less to compile; the release preset tests -O2
   string(REPLACE ";" "," _sanitizers "${UMBRIEL_SANITIZE}")
   add_compile_options(-fsanitize=${_sanitizers} -fno-omit-frame-pointer -fno-sanitize-recover=all -g1)
   add_link_options(-fsanitize=${_sanitizers})
