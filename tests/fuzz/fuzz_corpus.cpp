@@ -252,6 +252,12 @@ void addSessions(Corpus& corpus, const TypeRegistry& types, const std::vector<Pa
     tile.tile = 1;
     frame.plain(PeerOp::Connection, 0x43).say(tile).plain(PeerOp::Turn, 2);
     corpus.add("session_fuzz", "client_frame", frame.bytes());
+    // The same under the other policies, and with overlapping frames.
+    for (const std::uint8_t kind : {3, 5, 9, 11, 13}) {
+        Bytes other = frame.bytes();
+        other[0] = std::byte{kind};
+        corpus.add("session_fuzz", "client_frame" + std::to_string(kind), other);
+    }
     Script questions(1);
     join(questions);
     questions.plain(PeerOp::Turn, 1)

@@ -238,11 +238,13 @@ void serverSession(wire::Reader& input, const TypeRegistry& types) {
 // A client with a scene of two containers and a blob, drawing frame after frame.
 class Client {
  public:
-    explicit Client(const TypeRegistry& types) : client(options(types), {}) {}
+    Client(const TypeRegistry& types, std::uint8_t kind)
+        : client(options(types, kind), {}), _overlaps((kind & 8) != 0) {}
 
     void turn(std::uint8_t word, TimePoint now) {
         if (client.isBusy() || client.error()) return;
-        switch (word % 4) {
+        // Questions are for when no frame is under way.
+        switch (_overlaps ? 2 : word % 4) {
             case 0:
                 client.beginExplain();
                 break;
@@ -256,6 +258,7 @@ class Client {
                 frame.wantPixels = (word & 4) != 0;
                 frame.views = wire::encodeViews({});
                 frame.digest = word & 8;  // a peer can know it
+                if (client.wantsSnapshot()) frame.snapshot.emplace();
                 MultiStorage content(4);
                 content.resize(100);
                 frame.blobs.emplace(Hash128{1, 1}, content);
@@ -265,8 +268,11 @@ class Client {
     }
 
  private:
-    static protocol::ClusterClientOptions options(const TypeRegistry& types) {
+    static protocol::ClusterClientOptions options(const TypeRegistry& types, std::uint8_t kind) {
         protocol::ClusterClientOptions options;
+        options.policy = static_cast<protocol::FailurePolicy>(kind / 2 % 3);
+        options.startIncomplete = options.policy != protocol::FailurePolicy::Wait && (kind & 8) != 0;
+        options.latency = kind & 8 ? 1 : 0;
         options.identity = helloOf("desk", types);
         options.token = {1, 2};
         options.wall = {4, 2};
@@ -278,10 +284,13 @@ class Client {
 
  public:
     protocol::ClusterClient client;
+
+ private:
+    bool _overlaps;
 };
 
-void clientSession(wire::Reader& input, const TypeRegistry& types) {
-    Client client(types);
+void clientSession(wire::Reader& input, const TypeRegistry& types, std::uint8_t kind) {
+    Client client(types, kind);
     wire::Hello server = helloOf("left", types);
     server.role = wire::Role::Server;
     Peers peers(client.client, [&](std::uint64_t tag) {
@@ -299,6 +308,8 @@ void clientSession(wire::Reader& input, const TypeRegistry& types) {
         if (command.op == fuzz::PeerOp::Turn) client.turn(command.argument, peers.now);
         UMBRIEL_ASSERT(!client.client.error() || !client.client.error()->message.empty(), "an end without a reason");
         (void)client.client.waitingFor();
+        (void)client.client.takeIncidents();
+        (void)client.client.takeFinished();
     }
 }
 
@@ -313,8 +324,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         return all;
     }();
     wire::Reader input(std::as_bytes(std::span(data, size)));
-    if (input.u8() & 1)
-        clientSession(input, types);
+    if (const std::uint8_t kind = input.u8(); kind & 1)
+        clientSession(input, types, kind);
     else
         serverSession(input, types);
     return 0;
