@@ -238,7 +238,7 @@ void serverSession(wire::Reader& input, const TypeRegistry& types) {
 // A client with a scene of two containers and a blob, drawing frame after frame.
 class Client {
  public:
-    explicit Client(const TypeRegistry& types) : client(options(types), {}) {}
+    Client(const TypeRegistry& types, bool degrade) : client(options(types, degrade), {}) {}
 
     void turn(std::uint8_t word, TimePoint now) {
         if (client.isBusy() || client.error()) return;
@@ -265,9 +265,14 @@ class Client {
     }
 
  private:
-    static protocol::ClusterClientOptions options(const TypeRegistry& types) {
+    static protocol::ClusterClientOptions options(const TypeRegistry& types, bool degrade) {
         protocol::ClusterClientOptions options;
         options.identity = helloOf("desk", types);
+        if (degrade) {
+            options.policy = protocol::FailurePolicy::Degrade;
+            options.startIncomplete = true;
+            options.historyFrames = 2;
+        }
         options.token = {1, 2};
         options.wall = {4, 2};
         options.servers = {{"left", "left", 7420, {{0, {0, 0, 2, 2}, Eye::Mono}}},
@@ -280,8 +285,8 @@ class Client {
     protocol::ClusterClient client;
 };
 
-void clientSession(wire::Reader& input, const TypeRegistry& types) {
-    Client client(types);
+void clientSession(wire::Reader& input, const TypeRegistry& types, bool degrade) {
+    Client client(types, degrade);
     wire::Hello server = helloOf("left", types);
     server.role = wire::Role::Server;
     Peers peers(client.client, [&](std::uint64_t tag) {
@@ -299,6 +304,7 @@ void clientSession(wire::Reader& input, const TypeRegistry& types) {
         if (command.op == fuzz::PeerOp::Turn) client.turn(command.argument, peers.now);
         UMBRIEL_ASSERT(!client.client.error() || !client.client.error()->message.empty(), "an end without a reason");
         (void)client.client.waitingFor();
+        (void)client.client.takeIncidents();
     }
 }
 
@@ -313,8 +319,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         return all;
     }();
     wire::Reader input(std::as_bytes(std::span(data, size)));
-    if (input.u8() & 1)
-        clientSession(input, types);
+    const std::uint8_t side = input.u8();
+    if (side & 1)
+        clientSession(input, types, (side & 2) != 0);
     else
         serverSession(input, types);
     return 0;
