@@ -93,6 +93,7 @@ class ConnectedCluster final : public Cluster {
         }
         _pump.stop();
         _network.join();
+        for (ServerProcess& process : _processes) process.letGo();
     }
 
     Result<void> connect() {

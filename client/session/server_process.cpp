@@ -13,6 +13,7 @@
 #include <charconv>
 #include <cstring>
 #include <thread>
+#include <utility>
 
 extern char** environ;
 
@@ -42,7 +43,8 @@ Result<ServerProcess> ServerProcess::start(const std::filesystem::path& program,
     for (char** entry = environ; *entry; ++entry) {
         const std::string_view name = std::string_view(*entry).substr(0, std::string_view(*entry).find('='));
         bool replaced = false;
-        for (const std::string& added : environment) replaced |= std::string_view(added).substr(0, added.find('=')) == name;
+        for (const std::string& added : environment)
+            replaced |= std::string_view(added).substr(0, added.find('=')) == name;
         if (!replaced) variables.emplace_back(*entry);
     }
     variables.insert(variables.end(), environment.begin(), environment.end());
@@ -51,8 +53,8 @@ Result<ServerProcess> ServerProcess::start(const std::filesystem::path& program,
     ::posix_spawn_file_actions_init(&actions);
     ::posix_spawn_file_actions_adddup2(&actions, sockets[1], kChildDescriptor);
     pid_t pid = 0;
-    const int error = ::posix_spawn(&pid, program.c_str(), &actions, nullptr, pointers(arguments).data(),
-                                    pointers(variables).data());
+    const int error =
+        ::posix_spawn(&pid, program.c_str(), &actions, nullptr, pointers(arguments).data(), pointers(variables).data());
     ::posix_spawn_file_actions_destroy(&actions);
     ::close(sockets[1]);
     if (error != 0) {
@@ -62,9 +64,13 @@ Result<ServerProcess> ServerProcess::start(const std::filesystem::path& program,
     return ServerProcess(pid, sockets[0]);
 }
 
+void ServerProcess::letGo() {
+    if (_socket >= 0) ::close(std::exchange(_socket, -1));
+}
+
 ServerProcess::~ServerProcess() {
     if (_pid == 0) return;
-    ::close(_socket);
+    letGo();
     for (int i = 0; i < 400; ++i) {
         if (::waitpid(_pid, nullptr, WNOHANG) != 0) return;
         std::this_thread::sleep_for(std::chrono::milliseconds(5));

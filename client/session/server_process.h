@@ -13,8 +13,8 @@
 
 namespace umbriel {
 
-// An embedded render server: a child process that serves this client only. It ends when its client leaves, and also when
-// this process dies in any way: it watches the other end of a socket that only we hold.
+// An embedded render server: a child process that serves this client only. It ends when its client leaves, and also
+// when this process dies in any way: it watches the other end of a socket that only we hold.
 class ServerProcess {
  public:
     // arguments: what follows the program's name; where to report is added here. environment: "NAME=value", on top of
@@ -27,9 +27,11 @@ class ServerProcess {
     // Lets go of it, waits for its end, and kills it when that takes more than two seconds.
     ~ServerProcess();
 
-    // Waits until it says on which loopback port it listens. An error when it ends or says nothing in that time; what it
-    // had to say is on stderr.
+    // Waits until it says on which loopback port it listens. An error when it ends or says nothing in that time; what
+    // it had to say is on stderr.
     Result<std::uint16_t> waitForPort(Duration timeout);
+    // Tells it to end, without waiting: many end at once.
+    void letGo();
     pid_t pid() const { return _pid; }
 
  private:

@@ -134,7 +134,8 @@ int main(int argc, char** argv) {
     options.name = name;
     options.build = UMBRIEL_VERSION;
     options.insecureLan = insecureLan;
-    options.once = embedded;
+    // With a descriptor it ends when its client lets go of that: a session that was lost may be followed by another.
+    options.once = embedded && reportDescriptor < 0;
     if (!connectText.empty()) {
         const auto address = parseAddress("--connect", connectText, false);
         if (!address) return report(address.error());

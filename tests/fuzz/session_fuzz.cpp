@@ -273,6 +273,7 @@ class Client {
         options.policy = static_cast<protocol::FailurePolicy>(kind / 2 % 3);
         options.startIncomplete = options.policy != protocol::FailurePolicy::Wait && (kind & 8) != 0;
         options.latency = kind & 8 ? 1 : 0;
+        options.historyFrames = 2;  // soon too little for a server that lags: it then needs a snapshot
         options.identity = helloOf("desk", types);
         options.token = {1, 2};
         options.wall = {4, 2};

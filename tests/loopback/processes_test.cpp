@@ -102,6 +102,7 @@ TEST_F(EmbeddedServers, ThatAreKilledAndStartedAgainComeBackWhileTheOthersDraw) 
     };
     ASSERT_TRUE(draw());
     ::kill(processes[1].pid(), SIGKILL);
+    processes.pop_back();  // waits for its end, so that its port is free
     bool lost = false;
     for (int i = 0; i < 1000 && !lost; ++i) {
         const auto frame = draw();
