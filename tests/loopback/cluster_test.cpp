@@ -128,6 +128,35 @@ TEST_F(ClusterOnLoopback, FramesAreDrawnInStepAndTilesComeBack) {
     EXPECT_EQ(plans->at(2), "a fake plan");
 }
 
+TEST_F(ClusterOnLoopback, WithLatencyOneTheClientWorksWhileTheServersDraw) {
+    Servers servers(types, 1);
+    ClusterOptions options;
+    options.servers = servers.addresses;
+    options.latency = 1;
+    auto cluster = Cluster::connect(options, types, row(1, 10));
+    ASSERT_TRUE(cluster) << cluster.error().message;
+    Aspect scene(types, ids);
+    std::promise<void> clientHasWorked;
+    servers.renderer(0).whileDrawing = [&, worked = clientHasWorked.get_future().share()] { worked.wait(); };
+    auto first = (*cluster)->frame(scene, viewsOf(10, 10), 0.0, true);
+    ASSERT_TRUE(first) << first.error().message;
+    EXPECT_EQ(first->frame, 0u) << "it is still drawn";
+    scene.create<Transform>();
+    clientHasWorked.set_value();
+    for (std::uint64_t n = 1; n <= 3; ++n) {
+        auto report = (*cluster)->frame(scene, viewsOf(10, 10), static_cast<double>(n), true);
+        ASSERT_TRUE(report) << report.error().message;
+        EXPECT_EQ(report->frame, n) << "the one before";
+        EXPECT_EQ(report->tiles.size(), 1u);
+    }
+    auto last = (*cluster)->finish();
+    ASSERT_TRUE(last && *last);
+    EXPECT_EQ((*last)->frame, 4u);
+    auto none = (*cluster)->finish();
+    ASSERT_TRUE(none);
+    EXPECT_FALSE(none->has_value());
+}
+
 TEST_F(ClusterOnLoopback, ASecondClientStartsFromItsOwnScene) {
     Servers servers(types, 2);
     for (int n = 1; n <= 3; ++n) {
