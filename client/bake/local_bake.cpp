@@ -361,7 +361,11 @@ Result<LocalBakeOutcome> bakeLocally(const visibility::BakeMesh& mesh, const Bak
         blocksDone = done;
         if (options.progress) options.progress(done, all);
     };
-    if (const auto baked = bakeOpenShards(**baker, mesh, **ledger, watched, outcome); !baked) return baked.error();
+    if (const auto baked = bakeOpenShards(**baker, mesh, **ledger, watched, outcome); !baked) {
+        return Error{baked.error().kind,
+                     fmt::format("{}; the shards that are done stay in {}, --resume goes on from there",
+                                 baked.error().message, folder.string())};
+    }
     outcome.rays = std::min(blocksDone * kRowsPerBlock, outcome.rows) * visibility::pixelCount(settings.mapping);
 
     {

@@ -217,6 +217,7 @@ TEST_F(LocalBake, DiskFullIsAnErrorAndResumable) {
     ::setrlimit(RLIMIT_FSIZE, &before);
     ASSERT_FALSE(full);
     EXPECT_EQ(full.error().kind, Error::Kind::Failure);
+    EXPECT_NE(full.error().message.find("--resume"), std::string::npos) << full.error().message;
     EXPECT_FALSE(fs::exists(folder / "maps.umvis"));
     EXPECT_EQ(baked("maps.umvis", {.shards = 1, .resume = true}), expected());
     EXPECT_EQ(names(), std::vector<std::string>{"maps.umvis"});
