@@ -61,7 +61,10 @@ Result<MeshInput> loadMeshes(const std::string& scene) {
         input.parts.push_back({std::move(name), placed(geometry, visited.worldFromNode)});
         return Descend::Yes;
     });
-    if (input.parts.empty()) return badInput(fmt::format("{}: there are no triangles in it", scene));
+    if (input.parts.empty()) {
+        const std::string why = input.warnings.empty() ? "" : fmt::format(" ({})", input.warnings.front());
+        return badInput(fmt::format("{}: there are no triangles in it{}", scene, why));
+    }
     return input;
 }
 
