@@ -10,10 +10,10 @@
 namespace umbriel {
 
 struct CheckArguments {
-    std::string scene;           // .gltf, .glb, .obj or demo:NAME
-    std::optional<double> weld;  // vertices nearer than this become one; metres, 0: equal coordinates
-    bool orient = false;         // the same winding within each component
-    std::string out;             // the mesh after both, as OBJ
+    std::string scene;             // .gltf, .glb, .obj or demo:NAME
+    std::optional<double> weld{};  // vertices nearer than this become one; metres, 0: equal coordinates
+    bool orient = false;           // the same winding within each component
+    std::string out{};             // the mesh after both, as OBJ
     bool json = false;
 };
 
