@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <iostream>
 
+#include "client/app/bake_command.h"
+#include "client/app/check_command.h"
 #include "client/app/compare_command.h"
 #include "client/app/doctor_command.h"
 #include "client/app/hdr_command.h"
@@ -60,6 +62,33 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command.add_option("--log-level", arguments.logLevel, "trace, debug, info, warning, error, off")->capture_default_str();
 }
 
+void addBakeOptions(CLI::App& command, BakeArguments& arguments) {
+    command.add_option("MESH", arguments.scene, "a .gltf, .glb or .obj file, or demo:NAME");
+    command.add_option("--mapping", arguments.mapping, "hemicube, singleplane, hemisphere, cube, octahedral, fibonacci")
+        ->capture_default_str();
+    command.add_option("--size", arguments.size, "of an image, S: hemisphere has 2S x S/2 directions; fibonacci: how many directions")
+        ->capture_default_str();
+    command.add_option("--maker", arguments.maker, "rays, grid")->capture_default_str();
+    command.add_option("--far", arguments.far, "how far rays go, percent of the mesh's diagonal (default: no limit)");
+    command.add_option("--fovy", arguments.fovy, "opening angle of singleplane in degrees");
+    command.add_option("--guard", arguments.guard, "exact, fast, fast-fan: how rays are kept from hitting their own surface")
+        ->capture_default_str();
+    command.add_option("--threads", arguments.threads, "0: all processors")->capture_default_str();
+    command.add_option("--shards", arguments.shards, "how many pieces the work is cut into; 0: chosen")->capture_default_str();
+    command.add_option("--shard", arguments.shard, "bake only part i of n, i from 0: i/n; put together by bake merge");
+    command.add_flag("--resume", arguments.resume, "go on with an interrupted bake into the same file");
+    command.add_flag("--distance", arguments.distance, "signed distance maps as well");
+    command.add_flag("--index", arguments.index, "index maps as well: which environment texel an open direction sees");
+    command.add_option("--environment", arguments.environment, "texels of that environment, WIDTHxHEIGHT")->capture_default_str();
+    command.add_option("--atlas", arguments.atlas, "the maps as a picture too, .exr");
+    command.add_option("--out", arguments.out, "the maps, .umvis");
+    command.add_option("--servers", arguments.servers, "not in this version");
+    command.add_option("--local", arguments.local, "not in this version");
+    command.add_flag("--json", arguments.json, "print what was done and measured as JSON");
+    command.add_flag("--quiet", arguments.quiet, "print errors only");
+    command.footer("Example: umbriel bake dress.obj --mapping hemisphere --size 32 --out dress.umvis");
+}
+
 // CLI11 reports usage errors by exception; they end here.
 int parse(CLI::App& app, int argc, char** argv) {
     try {
@@ -91,6 +120,8 @@ int main(int argc, char** argv) {
                "  umbriel render scene.glb --servers left=render1:7420,right=render2:7420 --grid 2x1 --out wall.exr\n"
                "  umbriel compare wall.exr one.exr --json\n"
                "  umbriel view demo:car\n"
+               "  umbriel check dress.obj\n"
+               "  umbriel bake dress.obj --size 32 --out dress.umvis\n"
                "  umbriel doctor\n"
                "Exit codes: 0 done, 1 failed, 2 wrong usage or bad input.");
 
@@ -141,6 +172,25 @@ int main(int argc, char** argv) {
     hdrCommand->add_flag("--json", hdr.json, "print JSON");
     hdrCommand->footer("Example: umbriel hdr IMG_*.jpg --out room.exr --out room.png");
 
+    CheckArguments check;
+    CLI::App* checkCommand = app.add_subcommand("check", "whether a mesh is fit for visibility maps");
+    checkCommand->add_option("FILE", check.scene, "a .gltf, .glb or .obj file, or demo:NAME")->required();
+    checkCommand->add_option("--weld", check.weld, "vertices nearer than this become one, metres; 0: equal coordinates");
+    checkCommand->add_flag("--orient", check.orient, "the same winding within each component, closed ones outwards");
+    checkCommand->add_option("--out", check.out, "write the mesh after welding and orienting, .obj");
+    checkCommand->add_flag("--json", check.json, "print JSON");
+    checkCommand->footer("Example: umbriel check dress.obj --weld 0.0001 --orient --out dress-sound.obj");
+
+    BakeArguments bake;
+    CLI::App* bakeCommand = app.add_subcommand("bake", "make visibility maps of a mesh");
+    addBakeOptions(*bakeCommand, bake);
+    BakeMergeArguments bakeMerge;
+    CLI::App* bakeMergeCommand = bakeCommand->add_subcommand("merge", "one file of those that --shard i/n made");
+    bakeMergeCommand->add_option("SHARD", bakeMerge.shards, "all of them, in any order")->required();
+    bakeMergeCommand->add_option("--out", bakeMerge.out, "the whole file, .umvis")->required();
+    bakeMergeCommand->add_flag("--allow-mixed", bakeMerge.allowMixed, "although last bits may differ between their bake classes");
+    bakeMergeCommand->add_flag("--json", bakeMerge.json, "print JSON");
+
     DoctorOptions doctor;
     CLI::App* doctorCommand = app.add_subcommand("doctor", "say what works on this machine");
     doctorCommand->add_flag("--json", doctor.json, "print JSON");
@@ -168,6 +218,15 @@ int main(int argc, char** argv) {
     if (*viewCommand) {
         if (!setLogLevel(view.scene.logLevel)) return 2;
         return runView(view, serverBesideThisProgram());
+    }
+    if (*checkCommand) return runCheck(check, std::cout, std::cerr);
+    if (*bakeMergeCommand) return runBakeMerge(bakeMerge, std::cout, std::cerr);
+    if (*bakeCommand) {
+        if (bake.scene.empty()) {
+            std::cerr << "error: MESH is missing: umbriel bake MESH --out FILE.umvis\n";
+            return 2;
+        }
+        return runBake(bake, std::cout, std::cerr);
     }
     if (*hdrCommand) return runHdr(hdr, std::cout, std::cerr);
     if (*compareCommand) {

@@ -1,0 +1,247 @@
+#include "client/app/bake_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <ostream>
+
+#include "client/app/arguments.h"
+#include "client/app/mesh_input.h"
+#include "client/app/progress.h"
+#include "client/bake/atlas.h"
+#include "client/bake/local_bake.h"
+#include "client/bake/mapped_file.h"
+#include "common/image/exr_io.h"
+
+namespace umbriel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using visibility::BakeSettings;
+using visibility::MapContent;
+using visibility::MapMaker;
+using visibility::MappingKind;
+
+// Beyond these the ray nearest to the normal misses what lies right above the vertex.
+constexpr double kFirstRayDegrees = 6.0;
+constexpr double kFirstRayDegreesWide = 7.5;
+constexpr double kWideFovyDegrees = 160.0;
+
+double radians(double degrees) {
+    return degrees * std::numbers::pi / 180.0;
+}
+
+Result<BakeSettings> settingsOf(const BakeArguments& a) {
+    BakeSettings settings;
+    const auto kind = visibility::mappingKindNamed(a.mapping);
+    if (!kind) {
+        return badInput(fmt::format(
+            "--mapping '{}': expected hemicube, singleplane, hemisphere, cube, octahedral or fibonacci", a.mapping));
+    }
+    settings.mapping = {*kind, a.size, 0.0};
+    if (*kind == MappingKind::SinglePlane) {
+        if (!a.fovy) return badInput("--mapping singleplane needs --fovy DEGREES, its full opening angle below 180");
+        settings.mapping.fovy = radians(*a.fovy);
+    } else if (a.fovy) {
+        return badInput(fmt::format("--fovy belongs to --mapping singleplane, not to {}", a.mapping));
+    }
+    if (a.maker == "rays")
+        settings.maker = MapMaker::Rays;
+    else if (a.maker == "grid")
+        settings.maker = MapMaker::Grid;
+    else if (a.maker == "gl")
+        return badInput("--maker gl: this version bakes with rays or grid only");
+    else
+        return badInput(fmt::format("--maker '{}': expected rays or grid", a.maker));
+    if (a.guard == "exact")
+        settings.guard = trace::Guard::Exact;
+    else if (a.guard == "fast")
+        settings.guard = trace::Guard::Fast;
+    else if (a.guard == "fast-fan")
+        settings.guard = trace::Guard::FastFan;
+    else
+        return badInput(fmt::format("--guard '{}': expected exact, fast or fast-fan", a.guard));
+    if (a.far) {
+        if (!(*a.far > 0.0 && std::isfinite(*a.far))) {
+            return badInput(fmt::format("--far {}: expected more than 0 percent of the mesh's diagonal", *a.far));
+        }
+        settings.farShare = *a.far / 100.0;
+    }
+    if (a.distance) settings.contents |= static_cast<std::uint32_t>(MapContent::Distance);
+    if (a.index) {
+        settings.contents |= static_cast<std::uint32_t>(MapContent::Index);
+        const auto size = parseSize("--environment", a.environment);
+        if (!size) return size.error();
+        settings.environment = {static_cast<std::uint32_t>(size->width), static_cast<std::uint32_t>(size->height)};
+    }
+    if (const auto valid = visibility::check(settings); !valid) return valid.error();
+    return settings;
+}
+
+Result<ShardPart> parsePart(const std::string& text) {
+    ShardPart part;
+    const char* const end = text.data() + text.size();
+    const auto number = std::from_chars(text.data(), end, part.number);
+    if (number.ec == std::errc() && number.ptr != end && *number.ptr == '/') {
+        const auto count = std::from_chars(number.ptr + 1, end, part.count);
+        if (count.ec == std::errc() && count.ptr == end && part.number < part.count) return part;
+    }
+    return badInput(fmt::format("--shard '{}': expected i/n with i from 0 to n-1, as in 0/8", text));
+}
+
+Result<LocalBakeOptions> optionsOf(const BakeArguments& a) {
+    if (!a.servers.empty())
+        return badInput("--servers: this version bakes on this machine only; see --threads, --shard");
+    if (a.local) return badInput("--local: this version bakes in this process only; see --threads, --shard");
+    if (a.out.empty()) return badInput("--out FILE.umvis is missing: where the maps go");
+    if (a.threads < 0 || a.threads > 4096) {
+        return badInput(fmt::format("--threads {}: expected 1 to 4096, or 0 for all", a.threads));
+    }
+    if (!a.atlas.empty() && !a.atlas.ends_with(".exr")) {
+        return badInput(fmt::format("--atlas '{}': expected a name ending in .exr", a.atlas));
+    }
+    LocalBakeOptions options{.out = a.out, .threads = a.threads, .shards = a.shards, .resume = a.resume};
+    if (!a.shard.empty()) {
+        if (a.shards > 0) return badInput("--shards and --shard: give one of the two");
+        const auto part = parsePart(a.shard);
+        if (!part) return part.error();
+        options.part = *part;
+    }
+    return options;
+}
+
+// Empty when the mapping looks closely enough along the normal.
+std::string firstRayWarning(const visibility::Mapping& mapping) {
+    if (visibility::directionFrame(mapping) == visibility::DirectionFrame::Object) return {};
+    double best = -1.0;
+    for (std::uint32_t pixel = 0; pixel < visibility::pixelCount(mapping); ++pixel) {
+        best = std::max(best, visibility::direction(mapping, pixel).z);
+    }
+    const double degrees = std::acos(std::min(best, 1.0)) * 180.0 / std::numbers::pi;
+    const double limit = mapping.fovy >= radians(kWideFovyDegrees) ? kFirstRayDegreesWide : kFirstRayDegrees;
+    if (degrees <= limit) return {};
+    return fmt::format(
+        "the ray nearest to the normal is {:.1f} degrees off it: what lies right above a vertex may be "
+        "missed; a larger --size helps",
+        degrees);
+}
+
+Result<void> writeAtlas(const BakeArguments& a) {
+    const auto mapped = MappedFile::open(a.out);
+    if (!mapped) return mapped.error();
+    const auto file = visibility::MapFile::open(mapped->bytes(), a.out);
+    if (!file) return file.error();
+    const auto picture = exportAtlas(*file, {});
+    if (!picture) return picture.error();
+    return writeExr(a.atlas, *picture);
+}
+
+Result<void> bake(const BakeArguments& a, std::ostream& out, std::ostream& err) {
+    const auto settings = settingsOf(a);
+    if (!settings) return settings.error();
+    auto options = optionsOf(a);
+    if (!options) return options.error();
+    const auto input = loadMeshes(a.scene);
+    if (!input) return input.error();
+    const auto loaded = concatenated(*input);
+    if (!loaded) return loaded.error();
+    const auto mesh = visibility::prepare(*loaded);
+    if (!mesh) return badInput(fmt::format("{}: {}", a.scene, mesh.error().message));
+
+    std::vector<std::string> warnings = input->warnings;
+    if (mesh->unlitVertices > 0) {
+        warnings.push_back(fmt::format("{} vertices have no triangle and get no map", mesh->unlitVertices));
+    }
+    if (mesh->degenerateTriangles > 0) {
+        warnings.push_back(fmt::format("{} triangles without area are left out", mesh->degenerateTriangles));
+    }
+    if (std::string warning = firstRayWarning(settings->mapping); !warning.empty()) warnings.push_back(warning);
+    if (!a.quiet) {
+        for (const std::string& warning : warnings) err << fmt::format("warning: {}: {}\n", a.scene, warning);
+    }
+
+    std::optional<Progress> progress;
+    options->progress = [&](std::uint64_t done, std::uint64_t all) {
+        if (done == 0)
+            progress.emplace("baking", all, a.quiet);
+        else
+            progress->step();
+    };
+    const auto outcome = bakeLocally(*mesh, *settings, *options);
+    if (progress) progress->finish();
+    if (!outcome) return outcome.error();
+    if (!a.atlas.empty()) {
+        if (const auto written = writeAtlas(a); !written) {
+            return Error{written.error().kind,
+                         fmt::format("{} is baked, its atlas is not: {}", a.out, written.error().message)};
+        }
+    }
+
+    const std::uint32_t directions = visibility::pixelCount(settings->mapping);
+    const double rate = outcome->cpuSeconds > 0.0 ? static_cast<double>(outcome->rays) / outcome->cpuSeconds : 0.0;
+    if (a.json) {
+        const Json json = {{"vertices", outcome->rows},
+                           {"directions", directions},
+                           {"rays", outcome->rays},
+                           {"seconds", outcome->seconds},
+                           {"cpu_seconds", outcome->cpuSeconds},
+                           {"rays_per_core_second", rate},
+                           {"servers", 0},
+                           {"shards", outcome->shards},
+                           {"redone", outcome->redone},
+                           {"sha256", outcome->sha256}};
+        out << json.dump(2) << '\n';
+    } else if (!a.quiet) {
+        out << fmt::format(
+            "{} vertices x {} directions, {} rays traced in {:.2f} s ({:.2f} s of processors, {:.2f} "
+            "million rays per core second)\n",
+            outcome->rows, directions, outcome->rays, outcome->seconds, outcome->cpuSeconds, rate * 1e-6);
+        out << fmt::format("{} shards, {} redone\nwrote {}, sha256 {}\n", outcome->shards, outcome->redone, a.out,
+                           outcome->sha256);
+        if (!a.atlas.empty()) out << fmt::format("wrote {}\n", a.atlas);
+    }
+    if (!out.flush()) return failure("the result could not be written");
+    return {};
+}
+
+Result<void> merge(const BakeMergeArguments& a, std::ostream& out) {
+    if (a.out.empty()) return badInput("--out FILE.umvis is missing: where the maps go");
+    if (a.shards.empty()) return badInput("which shards? Name all files that bake --shard i/n has made");
+    const auto outcome = mergeFiles(a.shards, a.out, a.allowMixed);
+    if (!outcome) return outcome.error();
+    const std::uint32_t directions = visibility::pixelCount(outcome->header.mapping);
+    if (a.json) {
+        const Json json = {{"vertices", outcome->header.totalRows},
+                           {"directions", directions},
+                           {"shards", a.shards.size()},
+                           {"sha256", outcome->sha256}};
+        out << json.dump(2) << '\n';
+    } else {
+        out << fmt::format("{} vertices x {} directions of {} shards\nwrote {}, sha256 {}\n", outcome->header.totalRows,
+                           directions, a.shards.size(), a.out, outcome->sha256);
+    }
+    if (!out.flush()) return failure("the result could not be written");
+    return {};
+}
+
+int report(const char* command, const Result<void>& done, std::ostream& err) {
+    if (done) return 0;
+    err << command << ": " << done.error().message << '\n';
+    return done.error().kind == Error::Kind::BadInput ? 2 : 1;
+}
+
+}  // namespace
+
+int runBake(const BakeArguments& arguments, std::ostream& out, std::ostream& err) {
+    return report("umbriel bake", bake(arguments, out, err), err);
+}
+
+int runBakeMerge(const BakeMergeArguments& arguments, std::ostream& out, std::ostream& err) {
+    return report("umbriel bake merge", merge(arguments, out), err);
+}
+
+}  // namespace umbriel

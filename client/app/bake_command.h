@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace umbriel {
+
+struct BakeArguments {
+    std::string scene;  // .gltf, .glb, .obj or demo:NAME
+    std::string mapping = "hemisphere";
+    std::uint32_t size = 32;      // Mapping::size
+    std::string maker = "rays";   // or grid
+    std::optional<double> far;    // percent of the diagonal; none: no limit
+    std::optional<double> fovy;   // degrees, singleplane only
+    std::string guard = "exact";  // fast, fast-fan
+    int threads = 0;              // 0: all
+    std::uint32_t shards = 0;     // 0: chosen
+    std::string shard;            // "i/n", i from 0
+    bool resume = false;
+    bool distance = false;                // signed distance maps as well
+    bool index = false;                   // index maps as well
+    std::string environment = "256x128";  // texels that index maps name
+    std::string atlas;                    // .exr
+    std::string out;
+    std::string servers;       // refused in this version
+    std::optional<int> local;  // the same
+    bool json = false;
+    bool quiet = false;
+};
+
+// `umbriel bake MESH`: visibility maps of all geometries of a scene, as one mesh in world coordinates: vertices of the
+// first geometry come first (client/app/mesh_input.h). See bakeLocally() for what happens on the disk.
+//
+// JSON: {vertices (rows of the file: unique positions and sides), directions, rays (traced by this call), seconds,
+// cpu_seconds (both after loading and building the tree), rays_per_core_second, servers, shards, redone, sha256}.
+//
+// Exit codes: 0 done; 2 wrong usage or bad input; 1 it could not be done. The message of 1 and 2 goes to `err`.
+int runBake(const BakeArguments& arguments, std::ostream& out, std::ostream& err);
+
+struct BakeMergeArguments {
+    std::vector<std::filesystem::path> shards;
+    std::string out;
+    bool allowMixed = false;  // bake classes
+    bool json = false;        // {vertices, directions, shards, sha256}
+};
+
+// `umbriel bake merge SHARD...`: one file of those that `--shard i/n` made. Exit codes as above.
+int runBakeMerge(const BakeMergeArguments& arguments, std::ostream& out, std::ostream& err);
+
+}  // namespace umbriel

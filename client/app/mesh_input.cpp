@@ -1,0 +1,115 @@
+#include "client/app/mesh_input.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <bit>
+#include <limits>
+#include <map>
+#include <memory>
+#include <span>
+
+#include "client/import/load_scene.h"
+#include "client/import/procedural.h"
+#include "common/image/atomic_file.h"
+#include "common/scene/aspect.h"
+#include "common/scene/core_types.h"
+#include "common/scene/traversal.h"
+
+namespace umbriel {
+namespace {
+
+visibility::Mesh placed(const Geometry& geometry, const Affine& worldFromNode) {
+    visibility::Mesh mesh{geometry.positions.toVector(), geometry.indices.toVector()};
+    // Files without transforms keep their bits.
+    if (!(worldFromNode == Affine{})) {
+        for (glm::vec3& p : mesh.positions) p = glm::vec3(worldFromNode.point(glm::dvec3(p)));
+    }
+    if (glm::determinant(worldFromNode.linear) < 0.0) {
+        for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3)
+            std::swap(mesh.indices[i + 1], mesh.indices[i + 2]);
+    }
+    return mesh;
+}
+
+}  // namespace
+
+Result<MeshInput> loadMeshes(const std::string& scene) {
+    TypeRegistry types;
+    registerCoreTypes(types);
+    IdSource ids;
+    Aspect aspect(types, ids);
+    MeshInput input;
+    Ref<LoadedScene> loaded;
+    if (isDemo(scene)) {
+        auto demo = buildDemo(scene, aspect);
+        if (!demo) return demo.error();
+        loaded = *demo;
+    } else {
+        auto file = loadScene(scene, aspect, ids, {});
+        if (!file) return file.error();
+        loaded = file->scene;
+        input.warnings = std::move(file->warnings);
+        input.splitByImporter = scene.ends_with(".obj") || scene.ends_with(".OBJ");
+    }
+    traverse(aspect, aspect.get(loaded).root, std::nullopt, [&](const VisitedNode& visited) {
+        if (visited.core == nullptr || !isA<Geometry>(*visited.core)) return Descend::Yes;
+        const auto& geometry = static_cast<const Geometry&>(*visited.core);
+        if (geometry.indices.empty()) return Descend::Yes;
+        std::string name = visited.node.name;
+        if (name.empty()) name = fmt::format("geometry {}", input.parts.size());
+        input.parts.push_back({std::move(name), placed(geometry, visited.worldFromNode)});
+        return Descend::Yes;
+    });
+    if (input.parts.empty()) {
+        const std::string why = input.warnings.empty() ? "" : fmt::format(" ({})", input.warnings.front());
+        return badInput(fmt::format("{}: there are no triangles in it{}", scene, why));
+    }
+    return input;
+}
+
+Result<visibility::Mesh> concatenated(const MeshInput& input) {
+    visibility::Mesh all;
+    for (const MeshInput::Part& part : input.parts) {
+        const std::size_t first = all.positions.size();
+        if (first + part.mesh.positions.size() > std::numeric_limits<std::uint32_t>::max()) {
+            return badInput("the scene has more than 2^32 vertices");
+        }
+        all.positions.insert(all.positions.end(), part.mesh.positions.begin(), part.mesh.positions.end());
+        for (const std::uint32_t index : part.mesh.indices) {
+            all.indices.push_back(static_cast<std::uint32_t>(first + index));
+        }
+    }
+    return all;
+}
+
+visibility::Mesh joined(const visibility::Mesh& mesh) {
+    visibility::Mesh out;
+    std::map<std::array<std::uint32_t, 3>, std::uint32_t> known;
+    std::vector<std::uint32_t> now;
+    now.reserve(mesh.positions.size());
+    for (const glm::vec3& position : mesh.positions) {
+        const glm::vec3 p = position + 0.0f;  // -0 becomes 0
+        const std::array key{std::bit_cast<std::uint32_t>(p.x), std::bit_cast<std::uint32_t>(p.y),
+                             std::bit_cast<std::uint32_t>(p.z)};
+        const auto [found, isNew] = known.try_emplace(key, static_cast<std::uint32_t>(out.positions.size()));
+        if (isNew) out.positions.push_back(position);
+        now.push_back(found->second);
+    }
+    out.indices.reserve(mesh.indices.size());
+    for (const std::uint32_t index : mesh.indices) out.indices.push_back(now[index]);
+    return out;
+}
+
+Result<void> writeObj(const std::string& path, const visibility::Mesh& mesh) {
+    auto file = AtomicFile::create(path);
+    if (!file) return file.error();
+    const auto line = [&](const std::string& text) { (*file)->write(std::as_bytes(std::span(text))); };
+    for (const glm::vec3& p : mesh.positions) line(fmt::format("v {} {} {}\n", p.x, p.y, p.z));
+    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+        line(fmt::format("f {} {} {}\n", mesh.indices[i] + 1, mesh.indices[i + 1] + 1, mesh.indices[i + 2] + 1));
+    }
+    return (*file)->commit();
+}
+
+}  // namespace umbriel

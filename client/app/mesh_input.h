@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "common/base/result.h"
+#include "common/visibility/mesh.h"
+
+namespace umbriel {
+
+// The triangles of a scene, for commands that look at meshes and not at pictures.
+struct MeshInput {
+    struct Part {
+        std::string name;  // of its node, else "geometry N"
+        visibility::Mesh mesh;
+    };
+    // Each visible geometry where the scene places it, in the order of the scene graph: world coordinates in metres,
+    // rounded to single precision; a geometry that several nodes share is there several times. A placement that mirrors
+    // turns the winding, so that fronts stay fronts.
+    std::vector<Part> parts;
+    std::vector<std::string> warnings;  // of the importer, one line each
+    // The importer splits vertices of an OBJ file by material, normal and texture coordinate, and by object.
+    bool splitByImporter = false;
+};
+
+// A .gltf, .glb or .obj file (loadScene()), or demo:NAME. Errors as there; bad input too when there are no triangles.
+Result<MeshInput> loadMeshes(const std::string& scene);
+
+// All parts one after the other: vertex and triangle numbers count on.
+Result<visibility::Mesh> concatenated(const MeshInput& input);
+
+// Vertices with equal coordinates become the first of them; every triangle stays, degenerate ones too.
+visibility::Mesh joined(const visibility::Mesh& mesh);
+
+// Wavefront OBJ: v and f lines, coordinates that read back as the same bits. Appears whole or not at all.
+Result<void> writeObj(const std::string& path, const visibility::Mesh& mesh);
+
+}  // namespace umbriel

@@ -1,0 +1,135 @@
+// umbriel check and umbriel bake as a user runs them.
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/e2e/run_program.h"
+
+namespace umbriel::e2e {
+namespace {
+
+using json = nlohmann::json;
+
+// A closed box of eight vertices; `corner` replaces the first.
+std::string boxObj(const std::string& corner = "0 0 0") {
+    return "v " + corner +
+           "\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+           "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+}
+
+// A flat sheet of n x n vertices.
+std::string sheetObj(int n) {
+    std::string text;
+    for (int y = 0; y < n; ++y)
+        for (int x = 0; x < n; ++x) text += "v " + std::to_string(x) + " " + std::to_string(y) + " 0\n";
+    for (int y = 0; y + 1 < n; ++y)
+        for (int x = 0; x + 1 < n; ++x) {
+            const int a = y * n + x + 1;
+            text += "f " + std::to_string(a) + " " + std::to_string(a + 1) + " " + std::to_string(a + n + 1) + " " +
+                    std::to_string(a + n) + "\n";
+        }
+    return text;
+}
+
+TEST(Check, ABoxIsClosedAndSound) {
+    TemporaryFolder folder;
+    writeFile(folder / "box.obj", boxObj());
+    const Outcome outcome = run("umbriel", {"check", folder / "box.obj", "--json"});
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+    const json whole = json::parse(outcome.out)["whole"];
+    EXPECT_EQ(whole["vertices"], 8);
+    EXPECT_EQ(whole["triangles"], 12);
+    EXPECT_EQ(whole["closed"], true);
+    for (const json& finding : whole["findings"]) EXPECT_EQ(finding["count"], 0) << finding;
+}
+
+TEST(Check, BadFilesAreRefused) {
+    TemporaryFolder folder;
+    writeFile(folder / "nan.obj", boxObj("nan 0 0"));
+    writeFile(folder / "lie.obj", boxObj() + "f 1 2 1000000000\n");
+    writeFile(folder / "empty.obj", "v 0 0 0\n");
+    for (const std::string command : {"check", "bake"}) {
+        for (const std::string file : {"nan.obj", "lie.obj", "empty.obj", "none.obj"}) {
+            std::vector<std::string> arguments{command, folder / file};
+            if (command == "bake") arguments.insert(arguments.end(), {"--out", folder / "maps.umvis"});
+            const Outcome outcome = run("umbriel", arguments);
+            EXPECT_EQ(outcome.exitCode, 2) << command << " " << file << ": " << outcome.err;
+            EXPECT_NE(outcome.err.find(file), std::string::npos) << outcome.err;
+        }
+    }
+    EXPECT_EQ(folder.names().size(), 3u);
+}
+
+TEST(Bake, PartsInProcessesOfTheirOwnMergeToTheWholeFile) {
+    TemporaryFolder folder;
+    writeFile(folder / "sheet.obj", sheetObj(50));  // three blocks
+    const std::vector<std::string> bake{"bake", folder / "sheet.obj", "--size", "8", "--distance", "--json"};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), bake.begin(), bake.end());
+        return run("umbriel", more);
+    };
+    const Outcome whole = with({"--threads", "1", "--out", folder / "whole.umvis"});
+    ASSERT_EQ(whole.exitCode, 0) << whole.err;
+    const json report = json::parse(whole.out);
+    EXPECT_EQ(report["vertices"], 2500);
+    EXPECT_EQ(report["directions"], 64);
+    EXPECT_EQ(report["rays"], 2500 * 64);
+    EXPECT_EQ(report.size(), 10u);
+    std::vector<std::string> merge{"bake", "merge"};
+    for (const std::string part : {"2", "0", "1"}) {
+        const std::string file = folder / ("part" + part);
+        ASSERT_EQ(with({"--shard", part + "/3", "--out", file}).exitCode, 0);
+        merge.push_back(file);
+    }
+    merge.insert(merge.end(), {"--out", folder / "merged.umvis", "--json"});
+    const Outcome merged = run("umbriel", merge);
+    ASSERT_EQ(merged.exitCode, 0) << merged.err;
+    EXPECT_EQ(json::parse(merged.out)["sha256"], report["sha256"]);
+    EXPECT_EQ(readFile(folder / "merged.umvis"), readFile(folder / "whole.umvis"));
+
+    const std::string part = readFile(folder / "part1");
+    writeFile(folder / "part1", part.substr(0, part.size() - 1));
+    const Outcome truncated = run("umbriel", merge);
+    EXPECT_EQ(truncated.exitCode, 2);
+    EXPECT_NE(truncated.err.find("part1"), std::string::npos) << truncated.err;
+    EXPECT_EQ(readFile(folder / "merged.umvis"), readFile(folder / "whole.umvis"));
+}
+
+TEST(Bake, WhatThisVersionCannotDoIsRefusedAtOnce) {
+    TemporaryFolder folder;
+    const std::string out = folder / "maps.umvis";
+    const std::vector<std::vector<std::string>> wrong{
+        {"--maker", "gl"},       {"--servers", "a:1"},
+        {"--local", "2"},        {"--mapping", "sphere"},
+        {"--size", "7"},         {"--mapping", "singleplane"},
+        {"--fovy", "90"},        {"--far", "0"},
+        {"--guard", "none"},     {"--shard", "3/3"},
+        {"--shard", "1/2/3"},    {"--shards", "2", "--shard", "0/2"},
+        {"--atlas", "maps.png"}, {"--index", "--environment", "9999x9999"},
+        {"--threads", "-1"}};
+    for (std::vector<std::string> arguments : wrong) {
+        const std::string what = arguments[0] + " " + arguments.back();
+        arguments.insert(arguments.begin(), {"bake", "demo:cloth", "--out", out});
+        const Outcome outcome = run("umbriel", arguments);
+        EXPECT_EQ(outcome.exitCode, 2) << what;
+        EXPECT_FALSE(outcome.err.empty()) << what;
+    }
+    EXPECT_EQ(run("umbriel", {"bake", "demo:cloth"}).exitCode, 2);
+    EXPECT_EQ(run("umbriel", {"bake", "--out", out}).exitCode, 2);
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Bake, AtlasLiesBesideTheMaps) {
+    TemporaryFolder folder;
+    writeFile(folder / "box.obj", boxObj());
+    const Outcome outcome = run("umbriel", {"bake", folder / "box.obj", "--size", "8", "--out", folder / "box.umvis",
+                                            "--atlas", folder / "box.exr"});
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    EXPECT_EQ(folder.names(), (std::vector<std::string>{"box.exr", "box.obj", "box.umvis"}));
+    const Outcome lost = run("umbriel", {"bake", folder / "box.obj", "--out", "/nonexistent-folder/box.umvis"});
+    EXPECT_EQ(lost.exitCode, 1);
+}
+
+}  // namespace
+}  // namespace umbriel::e2e
