@@ -213,6 +213,10 @@ Result<void> Ledger::set(std::size_t number, State state) {
 
 Result<void> Ledger::remove() {
     std::error_code error;
+    // SQLite keeps its journal while it holds the lock exclusively, and a killed bake may have left one. Nothing is open
+    // in it now; it goes first, as long as the lock keeps others out.
+    for (const char* suffix : {"-journal", "-wal", "-shm"})
+        std::filesystem::remove(_database->file.string() + suffix, error);
     std::filesystem::remove(_database->file, error);
     if (error) return failure(fmt::format("{}: {}", _database->file.string(), error.message()));
     return {};

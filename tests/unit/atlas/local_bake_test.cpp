@@ -142,7 +142,7 @@ TEST_F(LocalBake, KilledAtAnyMomentAndResumedIsTheSameFile) {
         }
         EXPECT_EQ(code, 0);
         EXPECT_EQ(contentOf(folder / name), whole);
-        EXPECT_FALSE(fs::exists(folder / (name + ".bake")));
+        EXPECT_FALSE(fs::exists(folder / (name + ".bake"))) << testing::PrintToString(names());
     }
     EXPECT_GT(kills, 0);
     RecordProperty("kills", kills);
