@@ -23,7 +23,7 @@ struct LinkOptions {
 
 struct LinkEvent {
     enum class Kind {
-        None,     // nothing more for now
+        None,     // the bytes that came so far hold no further event
         Hello,    // peerHello() is there: accept() or refuse() before asking for the next event
         Open,     // both sides have accepted
         Message,  // type and payload; the payload is valid until the next call
