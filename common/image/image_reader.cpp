@@ -53,38 +53,49 @@ struct StbStream {
     static int atEnd(void* user) { return std::feof(static_cast<StbStream*>(user)->file); }
 };
 
-Result<LayeredImage> readHdr(const std::filesystem::path& path, const ImageLimits& limits) {
+// Decodes three channels with stb_image, within the limits. header: what a file that is none lacks, for the message.
+// bytesPerPixel: what decoding costs, our four floats included. decode: one of stb_image's loaders from callbacks.
+// linear: a decoded sample as a float.
+template <class Sample, class Linear>
+Result<LayeredImage> decodeWithStb(const std::filesystem::path& path, const ImageLimits& limits, const char* header,
+                                   std::uint64_t bytesPerPixel,
+                                   Sample* (*decode)(const stbi_io_callbacks*, void*, int*, int*, int*, int), Linear linear) {
     const std::string name = path.string();
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(name.c_str(), "rbe"), &std::fclose);
     int width = 0;
     int height = 0;
     int channels = 0;
     if (!file || stbi_info_from_file(file.get(), &width, &height, &channels) == 0 || width <= 0 || height <= 0) {
-        return badInput(fmt::format("cannot read '{}': no sound Radiance header", name));
+        return badInput(fmt::format("cannot read '{}': no sound {} header", name, header));
     }
-    // stb_image decodes into three floats, we copy into four.
     const std::uint64_t pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
-    if (pixels > limits.pixels || pixels * 7 * sizeof(float) > limits.bytes) {
+    if (pixels > limits.pixels || pixels * bytesPerPixel > limits.bytes) {
         return badInput(fmt::format("cannot read '{}': {} x {} pixels are more than the limit of {} pixels or {} MiB",
                                     name, width, height, limits.pixels, limits.bytes >> 20));
     }
     StbStream stream{file.get()};
     const stbi_io_callbacks callbacks{&StbStream::read, &StbStream::skip, &StbStream::atEnd};
-    const std::unique_ptr<float, void (*)(void*)> decoded(
-        stbi_loadf_from_callbacks(&callbacks, &stream, &width, &height, &channels, 3), &stbi_image_free);
+    const std::unique_ptr<Sample, void (*)(void*)> decoded(decode(&callbacks, &stream, &width, &height, &channels, 3),
+                                                           &stbi_image_free);
     if (!decoded || stream.cutOff) {
         return badInput(
             fmt::format("cannot read '{}': {}", name, decoded ? "the file is incomplete" : stbi_failure_reason()));
     }
     LayeredImage image;
     image.rgba = makeRgbaImage(width, height);
-    const float* from = decoded.get();
+    const Sample* from = decoded.get();
     float* to = image.rgba.samples().data();
     for (std::size_t i = 0; i < image.rgba.pixelCount(); ++i, from += 3, to += 4) {
-        std::copy_n(from, 3, to);
+        std::transform(from, from + 3, to, linear);
         to[3] = 1.0F;
     }
     return image;
+}
+
+Result<LayeredImage> readHdr(const std::filesystem::path& path, const ImageLimits& limits) {
+    constexpr std::uint64_t kBytesPerPixel = 7 * sizeof(float);  // three decoded floats, four of ours
+    return decodeWithStb(path, limits, "Radiance", kBytesPerPixel, &stbi_loadf_from_callbacks,
+                         [](float sample) { return sample; });
 }
 
 // What decoding costs for a pixel: our four floats, the decoder's planes, codes, and coefficients of a progressive
@@ -92,35 +103,9 @@ Result<LayeredImage> readHdr(const std::filesystem::path& path, const ImageLimit
 constexpr std::uint64_t kJpegBytesPerPixel = 32;
 
 Result<LayeredImage> readJpeg(const std::filesystem::path& path, const ImageLimits& limits) {
-    const std::string name = path.string();
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(name.c_str(), "rbe"), &std::fclose);
-    int width = 0;
-    int height = 0;
-    int channels = 0;
-    if (!file || stbi_info_from_file(file.get(), &width, &height, &channels) == 0 || width <= 0 || height <= 0) {
-        return badInput(fmt::format("cannot read '{}': no sound JPEG header", name));
-    }
-    const std::uint64_t pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
-    if (pixels > limits.pixels || pixels * kJpegBytesPerPixel > limits.bytes) {
-        return badInput(fmt::format("cannot read '{}': {} x {} pixels are more than the limit of {} pixels or {} MiB",
-                                    name, width, height, limits.pixels, limits.bytes >> 20));
-    }
-    StbStream stream{file.get()};
-    const stbi_io_callbacks callbacks{&StbStream::read, &StbStream::skip, &StbStream::atEnd};
-    const std::unique_ptr<stbi_uc, void (*)(void*)> decoded(
-        stbi_load_from_callbacks(&callbacks, &stream, &width, &height, &channels, 3), &stbi_image_free);
-    if (!decoded || stream.cutOff) {
-        return badInput(
-            fmt::format("cannot read '{}': {}", name, decoded ? "the file is incomplete" : stbi_failure_reason()));
-    }
-    LayeredImage image;
-    image.rgba = makeRgbaImage(width, height);
-    const stbi_uc* from = decoded.get();
-    float* to = image.rgba.samples().data();
-    for (std::size_t i = 0; i < image.rgba.pixelCount(); ++i, from += 3, to += 4) {
-        std::transform(from, from + 3, to, linearFromSrgbByte);
-        to[3] = 1.0F;
-    }
+    auto decoded = decodeWithStb(path, limits, "JPEG", kJpegBytesPerPixel, &stbi_load_from_callbacks, linearFromSrgbByte);
+    if (!decoded) return decoded;
+    LayeredImage image = std::move(*decoded);
     const ExposureTags tags = readExposureTags(path);
     if (tags.seconds) {
         image.numbers["expTime"] = *tags.seconds;
