@@ -20,13 +20,14 @@ function(umbriel_module name folder)
   set_property(GLOBAL APPEND PROPERTY UMBRIEL_MODULES umbriel_${name})
 endfunction()
 
-# umbriel_test(NAME FOLDER [DEPS ...] [LIBS ...] [LABELS ...] [TIMEOUT s])
+# umbriel_test(NAME FOLDER [DEPS ...] [LIBS ...] [LABELS ...] [TIMEOUT s] [DEFINES ...] [PROGRAMS ...] [SOURCES ...])
 #
 # One GoogleTest program per folder, made of every .cpp in it; each test is a ctest test under a watchdog. The target
 # umbriel_tests builds them all. Mesa's software rasterizer is not built for the thread sanitizer, which then reports
-# its races: there, tests that draw count as skipped.
+# its races: there, tests that draw count as skipped. PROGRAMS are built before it, found below UMBRIEL_BIN_DIR;
+# SOURCES come from elsewhere below tests.
 function(umbriel_test name folder)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "DEPS;LIBS;LABELS;ENVIRONMENT" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT" "DEPS;LIBS;LABELS;ENVIRONMENT;DEFINES;PROGRAMS;SOURCES" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 60)
   endif()
@@ -42,8 +43,13 @@ function(umbriel_test name folder)
     set_tests_properties(${name} PROPERTIES SKIP_REGULAR_EXPRESSION "SKIPPED" LABELS "${ARG_LABELS}")
     return()
   endif()
-  add_executable(${name} ${sources})
+  add_executable(${name} ${sources} ${ARG_SOURCES})
   add_dependencies(umbriel_tests ${name})
+  target_compile_definitions(${name} PRIVATE ${ARG_DEFINES})
+  if(ARG_PROGRAMS)
+    target_compile_definitions(${name} PRIVATE UMBRIEL_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+    add_dependencies(${name} ${ARG_PROGRAMS})
+  endif()
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   foreach(dep IN LISTS ARG_DEPS)
     target_link_libraries(${name} PRIVATE umbriel_${dep})
