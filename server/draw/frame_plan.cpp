@@ -196,15 +196,13 @@ class Planner {
 }  // namespace
 
 const char* defineOf(Feature feature) {
-    std::uint32_t index = 0;
-    while ((1u << index) != bit(feature)) ++index;
-    return kNames[index].define;
+    return kNames[static_cast<std::uint32_t>(feature)].define;
 }
 
 std::string describe(FeatureSet set) {
     std::string text;
     for (std::uint32_t i = 0; i < kFeatureCount; ++i)
-        if ((set >> i) & 1u) text += (text.empty() ? "" : " ") + std::string(kNames[i].name);
+        if (has(set, static_cast<Feature>(i))) text += (text.empty() ? "" : " ") + std::string(kNames[i].name);
     return text.empty() ? "plain" : text;
 }
 

@@ -11,36 +11,38 @@
 
 namespace umbriel {
 
-// What a surface shader is composed of; bits of a mask. A program is compiled for exactly the set that a scene's draw
-// items need, whatever tile is drawn, so that every tile runs the same instructions.
+// What a surface shader is composed of. A program is compiled for exactly the set that a scene's draw items need,
+// whatever tile is drawn, so that every tile runs the same instructions.
 enum class Feature : std::uint32_t {
-    VertexNormals = 1u << 0,  // without: the face normal
-    VertexTangents = 1u << 1,
-    VertexColours = 1u << 2,
-    TexCoords0 = 1u << 3,
-    TexCoords1 = 1u << 4,
-    BaseColourTexture = 1u << 5,
-    MetallicRoughnessTexture = 1u << 6,
-    NormalTexture = 1u << 7,
-    OcclusionTexture = 1u << 8,
-    EmissionTexture = 1u << 9,
-    SpecularTexture = 1u << 10,
-    MetallicRoughness = 1u << 11,  // neither model: unlit
-    BlinnPhong = 1u << 12,
-    AlphaMask = 1u << 13,
-    AlphaBlend = 1u << 14,
-    DoubleSided = 1u << 15,
-    AmbientLights = 1u << 16,
-    DirectionalLights = 1u << 17,
-    PointLights = 1u << 18,
-    SpotLights = 1u << 19,
-    Shadows = 1u << 20,
+    VertexNormals,  // without: the face normal
+    VertexTangents,
+    VertexColours,
+    TexCoords0,
+    TexCoords1,
+    BaseColourTexture,
+    MetallicRoughnessTexture,
+    NormalTexture,
+    OcclusionTexture,
+    EmissionTexture,
+    SpecularTexture,
+    MetallicRoughness,  // neither model: unlit
+    BlinnPhong,
+    AlphaMask,
+    AlphaBlend,
+    DoubleSided,
+    AmbientLights,
+    DirectionalLights,
+    PointLights,
+    SpotLights,
+    Shadows,
+    Count
 };
-inline constexpr std::uint32_t kFeatureCount = 21;
+inline constexpr std::uint32_t kFeatureCount = static_cast<std::uint32_t>(Feature::Count);
 
-using FeatureSet = std::uint32_t;
+using FeatureSet = std::uint64_t;  // a bit each, in the order of the enumeration
+static_assert(kFeatureCount <= 64);
 constexpr FeatureSet bit(Feature feature) {
-    return static_cast<FeatureSet>(feature);
+    return FeatureSet{1} << static_cast<std::uint32_t>(feature);
 }
 constexpr bool has(FeatureSet set, Feature feature) {
     return (set & bit(feature)) != 0;

@@ -8,7 +8,7 @@ namespace {
 std::vector<gl::ShaderDefine> definesOf(FeatureSet features) {
     std::vector<gl::ShaderDefine> defines;
     for (std::uint32_t i = 0; i < kFeatureCount; ++i)
-        if ((features >> i) & 1u) defines.push_back({defineOf(static_cast<Feature>(1u << i))});
+        if (has(features, static_cast<Feature>(i))) defines.push_back({defineOf(static_cast<Feature>(i))});
     return defines;
 }
 
