@@ -46,7 +46,7 @@ std::optional<JobOffer> JobTable::start(TimePoint now) {
 
 bool JobTable::alive(JobKey key, float progress, TimePoint now) {
     const auto found = _jobs.find(key);
-    if (found == _jobs.end()) return false;
+    if (found == _jobs.end() || !found->second.running) return false;
     Job& job = found->second;
     if (now >= job.deadline) {
         end(key, JobEvent::Kind::Failed, "it showed no sign of life for a whole lease");
@@ -61,6 +61,8 @@ bool JobTable::alive(JobKey key, float progress, TimePoint now) {
 }
 
 void JobTable::finish(JobKey key, Result<std::vector<std::byte>> result) {
+    const auto found = _jobs.find(key);
+    if (found == _jobs.end() || !found->second.running) return;
     if (result) end(key, JobEvent::Kind::Done, {}, std::move(*result));
     else end(key, JobEvent::Kind::Failed, result.error().message);
 }

@@ -55,9 +55,9 @@ class JobTable {
 
     // The next job to work on; it is running from now on.
     std::optional<JobOffer> start(TimePoint now);
-    // The work shows life. False when it should stop: the job was cancelled or given up.
+    // The work shows life. False when it should stop: the job was cancelled or given up, or was never started.
     bool alive(JobKey key, float progress, TimePoint now);
-    // The work is over. Nothing happens when the job has ended otherwise.
+    // The work is over. Nothing happens when the job has ended otherwise, or was offered anew since and waits.
     void finish(JobKey key, Result<std::vector<std::byte>> result);
     // Gives up running jobs whose lease is over.
     void advance(TimePoint now);

@@ -71,6 +71,19 @@ TEST_F(Table, ALeaseLastsAsLongAsThereAreSignsOfLife) {
     EXPECT_TRUE(kinds().empty()) << "a late result is nobody's";
 }
 
+TEST_F(Table, AHandlerThatOutlivesItsJobHasNoSayWhenTheSameJobIsOfferedAgain) {
+    const JobKey key{1, 1};
+    table.offer(offerOf(1, 1), true, clock.now());
+    ASSERT_TRUE(table.start(clock.now()));
+    table.cancel(key);
+    table.offer(offerOf(1, 1), true, clock.now());
+    EXPECT_FALSE(table.alive(key, 0.5f, clock.now())) << "it is the new offer's turn, which was not started";
+    table.finish(key, failure("stopped"));
+    clock.advance(1h);
+    table.advance(clock.now());
+    EXPECT_TRUE(table.start(clock.now())) << "the new offer still waits, however long";
+}
+
 // Whatever happens to jobs, each ends exactly once.
 RC_GTEST_PROP(JobTable, EveryJobEndsExactlyOnce, (const std::vector<std::uint32_t>& steps)) {
     ManualClock clock;
