@@ -13,11 +13,6 @@ using wire::MessageType;
 
 namespace {
 
-// Dial tags: 1 + 2 * server, one more for its bulk connection.
-std::uint64_t tagOf(std::size_t server, bool bulk) {
-    return 1 + 2 * server + (bulk ? 1 : 0);
-}
-
 // Incidents kept for a caller that does not ask.
 constexpr std::size_t kMaxIncidents = 256;
 
@@ -40,14 +35,14 @@ ClusterClient::ClusterClient(ClusterClientOptions options, TimePoint now)
         _servers.back().remote = remote;
     }
     for (std::size_t i = 0; i < _servers.size(); ++i)
-        if (!_servers[i].remote.host.empty()) dial(i, false);
+        if (!_servers[i].remote.host.empty()) dialServer(i, false);
     if (_servers.empty()) _phase = Phase::Idle;
 }
 
-void ClusterClient::dial(std::size_t index, bool bulk) {
+void ClusterClient::dialServer(std::size_t index, bool bulk) {
     Server& server = _servers[index];
     if (!bulk) server.dialling = true;
-    _actions.push_back({Action::Kind::Dial, 0, tagOf(index, bulk), server.remote.host, server.remote.port});
+    dial(tagOf({index, bulk}), server.remote.host, server.remote.port);
 }
 
 std::string ClusterClient::textOf(std::size_t index) const {
@@ -60,39 +55,28 @@ std::string ClusterClient::textOf(std::size_t index) const {
 }
 
 void ClusterClient::opened(ConnectionId connection, std::uint64_t dialTag, TimePoint now) {
-    if (_error || _peers.size() > 4 * _servers.size() + 16) {
-        _actions.push_back({Action::Kind::Close, connection, 0, {}, 0});
-        return;
-    }
-    Peer peer;
+    if (_error || connectionCount() > 4 * _servers.size() + 16) return decline(connection);
     wire::Hello hello = _options.identity;
     LinkOptions linkOptions = _options.link;
     if (dialTag != 0) {
-        peer.server = static_cast<std::size_t>((dialTag - 1) / 2);
-        peer.known = true;
-        peer.bulk = (dialTag - 1) % 2 == 1;
-        Server& server = _servers[peer.server];
+        const auto [index, bulk] = placeOf(dialTag);
+        Server& server = _servers[index];
         Session& session = server.session;
-        if (!peer.bulk) server.dialling = false;
+        if (!bulk) server.dialling = false;
         // Of a session that ended while this connection was being made.
-        if (peer.bulk ? !session.controlOpen || session.bulk != 0 : session.control != 0) {
-            _actions.push_back({Action::Kind::Close, connection, 0, {}, 0});
-            return;
-        }
-        if (!peer.bulk) session.epoch = _options.epoch + server.sessions++;
-        hello.channel = peer.bulk ? wire::Channel::Bulk : wire::Channel::Control;
+        if (bulk ? !session.controlOpen || session.bulk != 0 : session.control != 0) return decline(connection);
+        if (!bulk) session.epoch = _options.epoch + server.sessions++;
+        hello.channel = bulk ? wire::Channel::Bulk : wire::Channel::Control;
         hello.wantedName = server.remote.name;
         hello.epoch = session.epoch;
         if (_phase != Phase::Connecting) linkOptions.handshakeTimeout = _options.rejoinHandshake;
-        (peer.bulk ? session.bulk : session.control) = connection;
+        (bulk ? session.bulk : session.control) = connection;
     }
-    peer.link = std::make_unique<Link>(linkOptions, std::move(hello), now);
-    _peers.emplace(connection, std::move(peer));
+    adopt(connection, linkOptions, std::move(hello), dialTag, now);
 }
 
 void ClusterClient::dialFailed(std::uint64_t dialTag, const Error& reason, TimePoint now) {
-    const auto index = static_cast<std::size_t>((dialTag - 1) / 2);
-    const bool bulk = (dialTag - 1) % 2 == 1;
+    const auto [index, bulk] = placeOf(dialTag);
     Server& server = _servers[index];
     if (!bulk) server.dialling = false;
     if (reason.kind == Error::Kind::BadInput) {
@@ -117,46 +101,24 @@ void ClusterClient::dialFailed(std::uint64_t dialTag, const Error& reason, TimeP
     progress(now);
 }
 
-void ClusterClient::received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) {
-    const auto found = _peers.find(connection);
-    if (found == _peers.end() || found->second.closing) return;
-    found->second.link->received(bytes, now);
-    drain(connection, now);
-    progress(now);
-}
-
 void ClusterClient::written(ConnectionId connection, TimePoint) {
-    const auto found = _peers.find(connection);
-    if (found == _peers.end() || !found->second.known) return;
-    Server& server = _servers[found->second.server];
+    Peer* found = peer(connection);
+    if (!found || found->tag == 0) return;
+    Server& server = _servers[placeOf(found->tag).server];
     if (connection == server.session.bulk)
-        server.session.sender.fill(*found->second.link);
+        server.session.sender.fill(found->link);
     else if (connection == server.session.control)
         feed(server);
 }
 
-void ClusterClient::closed(ConnectionId connection, const std::string& reason, TimePoint now) {
-    const auto found = _peers.find(connection);
-    if (found == _peers.end()) return;
-    found->second.link->lost(reason);
-    drain(connection, now);
-    _peers.erase(connection);
-    progress(now);
-}
-
 void ClusterClient::advance(TimePoint now) {
-    std::vector<ConnectionId> ids;
-    for (auto& [id, peer] : _peers) {
-        peer.link->advance(now);
-        ids.push_back(id);
-    }
-    for (const ConnectionId id : ids) drain(id, now);
+    advanceLinks(now);
     if (_error) return;
     for (std::size_t i = 0; i < _servers.size(); ++i) {
         Server& server = _servers[i];
         if (!server.redialAt || now < *server.redialAt) continue;
         server.redialAt.reset();
-        dial(i, std::exchange(server.redialBulk, false));
+        dialServer(i, std::exchange(server.redialBulk, false));
     }
     if (_phase == Phase::Connecting && now >= _phaseStart + _options.connectTimeout) connectingTimedOut();
     if (!_running.empty() && _options.frameTimeout.count() > 0 &&
@@ -199,8 +161,7 @@ void ClusterClient::connectingTimedOut() {
 }
 
 TimePoint ClusterClient::deadline() const {
-    TimePoint earliest = TimePoint::max();
-    for (const auto& [id, peer] : _peers) earliest = std::min(earliest, peer.link->deadline());
+    TimePoint earliest = linkDeadline();
     if (_error) return earliest;
     for (const Server& server : _servers)
         if (server.redialAt) earliest = std::min(earliest, *server.redialAt);
@@ -211,57 +172,20 @@ TimePoint ClusterClient::deadline() const {
     return earliest;
 }
 
-std::optional<Action> ClusterClient::nextAction() {
-    if (_actions.empty()) return std::nullopt;
-    Action action = std::move(_actions.front());
-    _actions.pop_front();
-    return action;
+void ClusterClient::message(ConnectionId, Peer& peer, MessageType type, std::span<const std::byte> payload,
+                            TimePoint now) {
+    const std::size_t server = placeOf(peer.tag).server;
+    if (const auto done = answer(server, type, payload, now); !done)
+        lose(server, fmt::format("{}: {}", textOf(server), done.error().message), now);
 }
 
-Link* ClusterClient::link(ConnectionId connection) {
-    const auto found = _peers.find(connection);
-    return found == _peers.end() ? nullptr : found->second.link.get();
-}
-
-SendQueue* ClusterClient::output(ConnectionId connection) {
-    Link* found = link(connection);
-    return found ? &found->output() : nullptr;
-}
-
-void ClusterClient::drain(ConnectionId connection, TimePoint now) {
-    for (auto found = _peers.find(connection); found != _peers.end(); found = _peers.find(connection)) {
-        Peer& peer = found->second;
-        const LinkEvent event = peer.link->next();
-        switch (event.kind) {
-            case LinkEvent::Kind::None:
-                return;
-            case LinkEvent::Kind::Hello:
-                greeted(connection, peer);
-                break;
-            case LinkEvent::Kind::Open:
-                linkOpen(connection, peer);
-                break;
-            case LinkEvent::Kind::Message: {
-                const std::size_t server = peer.server;
-                if (const auto done = message(server, event.type, event.payload, now); !done)
-                    lose(server, fmt::format("{}: {}", textOf(server), done.error().message), now);
-                break;
-            }
-            case LinkEvent::Kind::Closed: {
-                const Session& session = _servers[peer.server].session;
-                const bool ours = peer.known && (session.control == connection || session.bulk == connection);
-                const std::string reason = peer.link->reason();
-                const std::size_t server = peer.server;
-                drop(connection);
-                if (!ours) break;
-                const RemoteServer& remote = _servers[server].remote;
-                lose(server,
-                     remote.host.empty() ? reason : fmt::format("{} (at {}:{})", reason, remote.host, remote.port),
-                     now);
-                break;
-            }
-        }
-    }
+void ClusterClient::linkClosed(ConnectionId connection, Peer& peer, const std::string& reason, TimePoint now) {
+    if (peer.tag == 0) return;
+    const std::size_t server = placeOf(peer.tag).server;
+    const Session& session = _servers[server].session;
+    if (session.control != connection && session.bulk != connection) return;
+    const RemoteServer& remote = _servers[server].remote;
+    lose(server, remote.host.empty() ? reason : fmt::format("{} (at {}:{})", reason, remote.host, remote.port), now);
 }
 
 void ClusterClient::lose(std::size_t index, const std::string& reason, TimePoint now) {
@@ -312,47 +236,50 @@ void ClusterClient::report(ServerIncident::Kind kind, std::size_t server, std::s
     if (_incidents.size() < kMaxIncidents) _incidents.push_back({kind, server, std::move(text)});
 }
 
-void ClusterClient::greeted(ConnectionId connection, Peer& peer) {
-    const wire::Hello& hello = *peer.link->peerHello();
+void ClusterClient::greeted(ConnectionId connection, Peer& peer, TimePoint) {
+    const wire::Hello& hello = *peer.link.peerHello();
     wire::Hello mine = _options.identity;
-    if (!peer.known) {
-        // It dialled us: a bulk connection shows our token, a control connection the name of a server we wait for.
-        const bool bulk = hello.channel == wire::Channel::Bulk;
-        const bool ours = !bulk || (hello.token == _options.token && hello.epoch == _options.epoch);
+    const bool dialledUs = peer.tag == 0;
+    Place place;
+    if (dialledUs) {
+        // A bulk connection shows our token, a control connection the name of a server we wait for.
+        place.bulk = hello.channel == wire::Channel::Bulk;
+        const bool ours = !place.bulk || (hello.token == _options.token && hello.epoch == _options.epoch);
         const auto found = std::find_if(_servers.begin(), _servers.end(), [&](const Server& server) {
             const Session& session = server.session;
             return server.remote.host.empty() &&
-                   (bulk ? session.controlOpen && session.bulk == 0 : session.control == 0) &&
+                   (place.bulk ? session.controlOpen && session.bulk == 0 : session.control == 0) &&
                    (server.remote.name.empty() || server.remote.name == hello.name);
         });
         if (!ours || found == _servers.end())
-            return peer.link->refuse(fmt::format("client '{}' does not wait for a server '{}'", mine.name, hello.name));
-        peer.server = static_cast<std::size_t>(found - _servers.begin());
-        peer.bulk = bulk;
+            return peer.link.refuse(fmt::format("client '{}' does not wait for a server '{}'", mine.name, hello.name));
+        place.server = static_cast<std::size_t>(found - _servers.begin());
     } else {
-        mine.wantedName = _servers[peer.server].remote.name;
+        place = placeOf(peer.tag);
+        mine.wantedName = _servers[place.server].remote.name;
     }
-    if (const std::string reason = handshakeObjection(mine, hello); !reason.empty()) return peer.link->refuse(reason);
-    Session& session = _servers[peer.server].session;
-    if (!peer.known) {
-        peer.known = true;
-        (peer.bulk ? session.bulk : session.control) = connection;
+    if (const std::string reason = handshakeObjection(mine, hello); !reason.empty()) return peer.link.refuse(reason);
+    Session& session = _servers[place.server].session;
+    if (dialledUs) {
+        peer.tag = tagOf(place);
+        (place.bulk ? session.bulk : session.control) = connection;
         session.epoch = _options.epoch;
     }
-    peer.link->accept(session.epoch);
+    peer.link.accept(session.epoch);
 }
 
-void ClusterClient::linkOpen(ConnectionId connection, Peer& peer) {
-    Server& server = _servers[peer.server];
+void ClusterClient::linkOpen(ConnectionId connection, Peer& peer, TimePoint) {
+    const auto [index, bulk] = placeOf(peer.tag);
+    Server& server = _servers[index];
     Session& session = server.session;
-    if (peer.bulk) {
+    if (bulk) {
         session.bulkOpen = true;
-        session.sender.fill(*peer.link);
+        session.sender.fill(peer.link);
     } else {
         session.controlOpen = true;
         UMBRIEL_ASSERT(session.control == connection, "an open control connection belongs to its server");
-        peer.link->send(wire::Assign{_options.wall, server.remote.tiles});
-        if (!server.remote.host.empty()) dial(peer.server, true);
+        peer.link.send(wire::Assign{_options.wall, server.remote.tiles});
+        if (!server.remote.host.empty()) dialServer(index, true);
     }
     if (_phase != Phase::Connecting) return;
     if (!std::all_of(_servers.begin(), _servers.end(), [](const Server& one) { return one.session.connected(); }))
@@ -364,7 +291,7 @@ void ClusterClient::linkOpen(ConnectionId connection, Peer& peer) {
 std::uint64_t ClusterClient::bytesSent(const Server& server) const {
     std::uint64_t sum = 0;
     for (const ConnectionId id : {server.session.control, server.session.bulk})
-        if (const auto found = _peers.find(id); found != _peers.end()) sum += found->second.link->bytesSent();
+        if (const Peer* found = peer(id)) sum += found->link.bytesSent();
     return sum;
 }
 
@@ -448,16 +375,12 @@ std::vector<std::string> ClusterClient::takeExplanations() {
 
 const wire::Hello* ClusterClient::serverHello(std::size_t server) const {
     if (!_servers[server].session.controlOpen) return nullptr;
-    const auto found = _peers.find(_servers[server].session.control);
-    if (found == _peers.end() || !found->second.link->peerHello()) return nullptr;
-    return &*found->second.link->peerHello();
+    const Peer* found = peer(_servers[server].session.control);
+    return found && found->link.peerHello() ? &*found->link.peerHello() : nullptr;
 }
 
 void ClusterClient::leave(const std::string& reason) {
-    for (auto& [id, peer] : _peers) {
-        peer.link->close(reason);
-        drop(id);
-    }
+    dropAll(reason);
     if (!_error) _error = failure(reason);
 }
 
@@ -468,17 +391,7 @@ void ClusterClient::fail(std::string message) {
 void ClusterClient::fail(Error error) {
     if (_error) return;
     _error = std::move(error);
-    for (auto& [id, peer] : _peers) {
-        peer.link->close(_error->message);
-        drop(id);
-    }
-}
-
-void ClusterClient::drop(ConnectionId connection) {
-    const auto found = _peers.find(connection);
-    if (found == _peers.end() || found->second.closing) return;
-    found->second.closing = true;
-    _actions.push_back({Action::Kind::Close, connection, 0, {}, 0});
+    dropAll(_error->message);
 }
 
 }  // namespace umbriel::protocol

@@ -14,7 +14,7 @@
 #include "common/protocol/endpoint.h"
 #include "common/protocol/frame_history.h"
 #include "common/protocol/frame_pacing.h"
-#include "common/protocol/link.h"
+#include "common/protocol/linked_endpoint.h"
 #include "common/wire/messages.h"
 
 namespace umbriel::protocol {
@@ -95,19 +95,15 @@ struct ServerIncident {
 // the policy's deadline. A late server goes on from where it is: it gets what changed meanwhile when it has answered. A
 // lost one is reached again and starts from a snapshot. Neither is waited for before it has answered one frame in time,
 // so it holds the others up once. One request at a time: it is over when isBusy() is false again.
-class ClusterClient final : public Endpoint {
+class ClusterClient final : public LinkedEndpoint {
  public:
     ClusterClient(ClusterClientOptions options, TimePoint now);
 
     void opened(ConnectionId connection, std::uint64_t dialTag, TimePoint now) override;
     void dialFailed(std::uint64_t dialTag, const Error& reason, TimePoint now) override;
-    void received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) override;
     void written(ConnectionId connection, TimePoint now) override;
-    void closed(ConnectionId connection, const std::string& reason, TimePoint now) override;
     void advance(TimePoint now) override;
     TimePoint deadline() const override;
-    std::optional<Action> nextAction() override;
-    SendQueue* output(ConnectionId connection) override;
 
     // Connecting counts as the first request.
     bool isBusy() const {
@@ -159,18 +155,17 @@ class ClusterClient final : public Endpoint {
 
     // Says goodbye to all; the endpoint is finished when it has no connections.
     void leave(const std::string& reason);
-    bool hasConnections() const { return !_peers.empty(); }
 
  private:
     enum class Phase { Connecting, Idle, Digests, Explaining };
 
-    struct Peer {
-        std::unique_ptr<Link> link;
+    // Which server a peer is; a peer's tag says it.
+    struct Place {
         std::size_t server = 0;
-        bool known = false;  // which server it is
         bool bulk = false;
-        bool closing = false;
     };
+    static std::uint64_t tagOf(Place place) { return 1 + 2 * place.server + (place.bulk ? 1 : 0); }
+    static Place placeOf(std::uint64_t tag) { return {static_cast<std::size_t>((tag - 1) / 2), (tag - 1) % 2 == 1}; }
     // A frame that was sent to a server and is not ready there.
     struct Sent {
         std::uint64_t number = 0;
@@ -242,11 +237,14 @@ class ClusterClient final : public Endpoint {
     };
 
     // Connections (cluster_client.cpp)
-    void drain(ConnectionId connection, TimePoint now);
-    void greeted(ConnectionId connection, Peer& peer);
-    void linkOpen(ConnectionId connection, Peer& peer);
+    void greeted(ConnectionId connection, Peer& peer, TimePoint now) override;
+    void linkOpen(ConnectionId connection, Peer& peer, TimePoint now) override;
+    void message(ConnectionId connection, Peer& peer, wire::MessageType type, std::span<const std::byte> payload,
+                 TimePoint now) override;
+    void linkClosed(ConnectionId connection, Peer& peer, const std::string& reason, TimePoint now) override;
+    void handled(TimePoint now) override { progress(now); }
     void connectingTimedOut();
-    void dial(std::size_t server, bool bulk);
+    void dialServer(std::size_t server, bool bulk);
     // The session is over: an error of the whole under Wait and while connecting, else the server is reached again.
     void lose(std::size_t server, const std::string& reason, TimePoint now);
     void redialLater(Server& server, TimePoint now);
@@ -257,12 +255,10 @@ class ClusterClient final : public Endpoint {
     void report(ServerIncident::Kind kind, std::size_t server, std::string text);
     void fail(std::string message);
     void fail(Error error);
-    void drop(ConnectionId connection);
-    Link* link(ConnectionId connection);
     std::string textOf(std::size_t server) const;
 
     // Frames (cluster_frames.cpp)
-    Result<void> message(std::size_t server, wire::MessageType type, std::span<const std::byte> payload, TimePoint now);
+    Result<void> answer(std::size_t server, wire::MessageType type, std::span<const std::byte> payload, TimePoint now);
     Result<void> ready(std::size_t server, const wire::Ready& ready, TimePoint now);
     Result<void> tileData(std::size_t server, const wire::TileData& data);
     void sendFrame(std::size_t server, Running& running, TimePoint now);
@@ -283,8 +279,6 @@ class ClusterClient final : public Endpoint {
 
     ClusterClientOptions _options;
     std::vector<Server> _servers;
-    std::map<ConnectionId, Peer> _peers;
-    std::deque<Action> _actions;
     std::optional<Error> _error;
     Phase _phase = Phase::Connecting;
     TimePoint _phaseStart;

@@ -136,8 +136,8 @@ void ClusterClient::feed(Server& server) {
     }
 }
 
-Result<void> ClusterClient::message(std::size_t index, MessageType type, std::span<const std::byte> payload,
-                                    TimePoint now) {
+Result<void> ClusterClient::answer(std::size_t index, MessageType type, std::span<const std::byte> payload,
+                                   TimePoint now) {
     Server& server = _servers[index];
     switch (type) {
         case MessageType::Ready: {

@@ -30,23 +30,15 @@ void ServerNode::opened(ConnectionId connection, std::uint64_t dialTag, TimePoin
         _dialling = false;
         _dialledControl = connection;
     }
-    if (_leaving || _peers.size() >= _options.maxConnections) {
-        _actions.push_back({Action::Kind::Close, connection, 0, {}, 0});
-        return;
-    }
+    if (_leaving || connectionCount() >= _options.maxConnections) return decline(connection);
     wire::Hello hello = _options.identity;
     if (dialTag == kDialBulk) {
-        if (!_session) {
-            _actions.push_back({Action::Kind::Close, connection, 0, {}, 0});
-            return;
-        }
+        if (!_session) return decline(connection);
         hello.channel = wire::Channel::Bulk;
         hello.token = _session->token;
         hello.epoch = _session->epoch;
     }
-    Peer& peer = _peers[connection];
-    peer.link = std::make_unique<Link>(_options.link, std::move(hello), now);
-    peer.dialled = dialTag != 0;
+    adopt(connection, _options.link, std::move(hello), dialTag, now);
 }
 
 void ServerNode::dialFailed(std::uint64_t dialTag, const Error& reason, TimePoint now) {
@@ -56,55 +48,21 @@ void ServerNode::dialFailed(std::uint64_t dialTag, const Error& reason, TimePoin
     _redialAt = now + _options.redialAfter;
 }
 
-void ServerNode::received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) {
-    const auto found = _peers.find(connection);
-    if (found == _peers.end() || found->second.closing) return;
-    found->second.link->received(bytes, now);
-    drain(connection, now);
-}
-
 void ServerNode::written(ConnectionId connection, TimePoint) {
     if (_session && _session->bulk == connection) fillBulk();
 }
 
-void ServerNode::closed(ConnectionId connection, const std::string& reason, TimePoint now) {
-    const auto found = _peers.find(connection);
-    if (found == _peers.end()) return;
-    found->second.link->lost(reason);
-    drain(connection, now);
-    _peers.erase(connection);
-}
-
 void ServerNode::advance(TimePoint now) {
-    std::vector<ConnectionId> ids;
-    for (auto& [id, peer] : _peers) {
-        peer.link->advance(now);
-        ids.push_back(id);
-    }
-    for (const ConnectionId id : ids) drain(id, now);
+    advanceLinks(now);
     if (!_dialling && now >= _redialAt) {
         _dialling = true;
         _redialAt = TimePoint::max();
-        _actions.push_back({Action::Kind::Dial, 0, kDialControl, _options.dialHost, _options.dialPort});
+        dial(kDialControl, _options.dialHost, _options.dialPort);
     }
 }
 
 TimePoint ServerNode::deadline() const {
-    TimePoint earliest = _redialAt;
-    for (const auto& [id, peer] : _peers) earliest = std::min(earliest, peer.link->deadline());
-    return earliest;
-}
-
-std::optional<Action> ServerNode::nextAction() {
-    if (_actions.empty()) return std::nullopt;
-    Action action = std::move(_actions.front());
-    _actions.pop_front();
-    return action;
-}
-
-SendQueue* ServerNode::output(ConnectionId connection) {
-    const auto found = _peers.find(connection);
-    return found == _peers.end() ? nullptr : &found->second.link->output();
+    return std::min(_redialAt, linkDeadline());
 }
 
 std::optional<ServerEvent> ServerNode::nextEvent() {
@@ -114,43 +72,22 @@ std::optional<ServerEvent> ServerNode::nextEvent() {
     return event;
 }
 
-void ServerNode::drain(ConnectionId connection, TimePoint now) {
-    for (auto found = _peers.find(connection); found != _peers.end(); found = _peers.find(connection)) {
-        Peer& peer = found->second;
-        const LinkEvent event = peer.link->next();
-        switch (event.kind) {
-            case LinkEvent::Kind::None:
-                return;
-            case LinkEvent::Kind::Hello:
-                greeted(connection, peer, now);
-                break;
-            case LinkEvent::Kind::Open:
-                if (!_session || (_session->control != connection && _session->bulk != connection)) {
-                    peer.link->close("there is no such session any more");
-                } else if (_session->control == connection) {
-                    _session->started = true;
-                    _events.push_back(SessionStarted{_session->client});
-                    if (peer.dialled)
-                        _actions.push_back({Action::Kind::Dial, 0, kDialBulk, _options.dialHost, _options.dialPort});
-                } else {
-                    fillBulk();
-                }
-                break;
-            case LinkEvent::Kind::Message: {
-                const auto done = message(event.type, event.payload);
-                if (!done) peer.link->close(done.error().message);
-                break;
-            }
-            case LinkEvent::Kind::Closed: {
-                const std::string reason = peer.link->reason();
-                const bool ours = _session && (_session->control == connection || _session->bulk == connection);
-                if (connection == _dialledControl && !_leaving) _redialAt = now + _options.redialAfter;
-                drop(connection);
-                if (ours) ended(reason);
-                break;
-            }
-        }
-    }
+void ServerNode::linkOpen(ConnectionId connection, Peer& peer, TimePoint) {
+    if (!_session || (_session->control != connection && _session->bulk != connection))
+        return peer.link.close("there is no such session any more");
+    if (_session->bulk == connection) return fillBulk();
+    _session->started = true;
+    _events.push_back(SessionStarted{_session->client});
+    if (peer.tag != 0) dial(kDialBulk, _options.dialHost, _options.dialPort);
+}
+
+void ServerNode::message(ConnectionId, Peer& peer, MessageType type, std::span<const std::byte> payload, TimePoint) {
+    if (const auto done = obey(type, payload); !done) peer.link.close(done.error().message);
+}
+
+void ServerNode::linkClosed(ConnectionId connection, Peer&, const std::string& reason, TimePoint now) {
+    if (connection == _dialledControl && !_leaving) _redialAt = now + _options.redialAfter;
+    if (_session && (_session->control == connection || _session->bulk == connection)) ended(reason);
 }
 
 std::string ServerNode::objection(const wire::Hello& hello, bool bulk) const {
@@ -172,12 +109,12 @@ std::string ServerNode::objection(const wire::Hello& hello, bool bulk) const {
 }
 
 void ServerNode::greeted(ConnectionId connection, Peer& peer, TimePoint) {
-    const wire::Hello& hello = *peer.link->peerHello();
-    if (const std::string reason = objection(hello, peer.link->isBulk()); !reason.empty())
-        return peer.link->refuse(reason);
-    if (peer.link->isBulk()) {
+    const wire::Hello& hello = *peer.link.peerHello();
+    if (const std::string reason = objection(hello, peer.link.isBulk()); !reason.empty())
+        return peer.link.refuse(reason);
+    if (peer.link.isBulk()) {
         _session->bulk = connection;
-        return peer.link->accept(hello.epoch);
+        return peer.link.accept(hello.epoch);
     }
     if (_session) endSession("a newer session of the same client took over");
     _session = Session();  // clang 14 takes the nested class for not default-constructible in emplace()
@@ -185,10 +122,10 @@ void ServerNode::greeted(ConnectionId connection, Peer& peer, TimePoint) {
     _session->epoch = hello.epoch;
     _session->client = hello.name;
     _session->control = connection;
-    peer.link->accept(hello.epoch);
+    peer.link.accept(hello.epoch);
 }
 
-Result<void> ServerNode::message(MessageType type, std::span<const std::byte> payload) {
+Result<void> ServerNode::obey(MessageType type, std::span<const std::byte> payload) {
     if (!_session) return failure("the session has ended");
     switch (type) {
         case MessageType::Assign: {
@@ -304,9 +241,7 @@ Result<void> ServerNode::addChanges(std::span<const std::byte> part) {
 }
 
 Link* ServerNode::control() {
-    if (!_session || !_session->started) return nullptr;
-    const auto found = _peers.find(_session->control);
-    return found == _peers.end() ? nullptr : found->second.link.get();
+    return _session && _session->started ? link(_session->control) : nullptr;
 }
 
 template <class Message>
@@ -378,8 +313,7 @@ void ServerNode::sendJobDone(wire::JobDone done, wire::Bytes result) {
 
 void ServerNode::fillBulk() {
     if (!_session || _session->bulk == 0) return;
-    const auto found = _peers.find(_session->bulk);
-    if (found != _peers.end()) _session->sender.fill(*found->second.link);
+    if (Link* bulk = link(_session->bulk)) _session->sender.fill(*bulk);
 }
 
 void ServerNode::endSession(const std::string& reason) {
@@ -390,10 +324,7 @@ void ServerNode::leave(const std::string& reason) {
     endSession(reason);
     _leaving = true;
     _redialAt = TimePoint::max();
-    for (auto& [id, peer] : _peers) {
-        peer.link->close(reason);
-        drop(id);
-    }
+    dropAll(reason);
 }
 
 // Forgets the session and closes what is left of it.
@@ -403,18 +334,11 @@ void ServerNode::ended(const std::string& reason) {
     _session.reset();
     if (session.started) _events.push_back(SessionEnded{reason});
     for (const ConnectionId id : {session.control, session.bulk}) {
-        const auto found = _peers.find(id);
-        if (found == _peers.end() || found->second.link->isClosed()) continue;
-        found->second.link->close(reason);
+        Link* left = link(id);
+        if (!left || left->isClosed()) continue;
+        left->close(reason);
         drop(id);
     }
-}
-
-void ServerNode::drop(ConnectionId connection) {
-    const auto found = _peers.find(connection);
-    if (found == _peers.end() || found->second.closing) return;
-    found->second.closing = true;
-    _actions.push_back({Action::Kind::Close, connection, 0, {}, 0});
 }
 
 }  // namespace umbriel::protocol

@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "common/protocol/bulk_transfer.h"
-#include "common/protocol/endpoint.h"
-#include "common/protocol/link.h"
+#include "common/protocol/linked_endpoint.h"
 #include "common/wire/blob.h"
 #include "common/wire/messages.h"
 
@@ -77,7 +76,7 @@ struct ServerNodeOptions {
 
 // A render server's side of the protocol: accepts one client at a time and turns its messages into events. The same
 // client with a higher epoch fences its old session; another one is refused by name while the first is alive.
-class ServerNode final : public Endpoint {
+class ServerNode final : public LinkedEndpoint {
  public:
     // So many frames may be requested and not ready, and so many ready ones may still be swapped; of more, the oldest
     // was given up by the client.
@@ -87,13 +86,9 @@ class ServerNode final : public Endpoint {
 
     void opened(ConnectionId connection, std::uint64_t dialTag, TimePoint now) override;
     void dialFailed(std::uint64_t dialTag, const Error& reason, TimePoint now) override;
-    void received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) override;
     void written(ConnectionId connection, TimePoint now) override;
-    void closed(ConnectionId connection, const std::string& reason, TimePoint now) override;
     void advance(TimePoint now) override;
     TimePoint deadline() const override;
-    std::optional<Action> nextAction() override;
-    SendQueue* output(ConnectionId connection) override;
 
     std::optional<ServerEvent> nextEvent();
     bool hasSession() const { return _session.has_value(); }
@@ -114,14 +109,8 @@ class ServerNode final : public Endpoint {
     void endSession(const std::string& reason);
     // Ends the session, closes every connection and opens no other.
     void leave(const std::string& reason);
-    bool hasConnections() const { return !_peers.empty(); }
 
  private:
-    struct Peer {
-        std::unique_ptr<Link> link;
-        bool dialled = false;
-        bool closing = false;
-    };
     struct Session {
         wire::Token token;
         std::uint32_t epoch = 0;
@@ -142,26 +131,26 @@ class ServerNode final : public Endpoint {
         std::map<Hash128, MultiStorage> results;  // of jobs
     };
 
-    void drain(ConnectionId connection, TimePoint now);
-    void greeted(ConnectionId connection, Peer& peer, TimePoint now);
+    void greeted(ConnectionId connection, Peer& peer, TimePoint now) override;
+    void linkOpen(ConnectionId connection, Peer& peer, TimePoint now) override;
+    void message(ConnectionId connection, Peer& peer, wire::MessageType type, std::span<const std::byte> payload,
+                 TimePoint now) override;
+    void linkClosed(ConnectionId connection, Peer& peer, const std::string& reason, TimePoint now) override;
     // Why this hello is not acceptable; empty when it is.
     std::string objection(const wire::Hello& hello, bool bulk) const;
-    Result<void> message(wire::MessageType type, std::span<const std::byte> payload);
+    Result<void> obey(wire::MessageType type, std::span<const std::byte> payload);
     Result<void> frame(std::span<const std::byte> payload);
     Result<void> addChanges(std::span<const std::byte> part);
     template <class Message>
     void send(const Message& message);
     void overflow();
     void ended(const std::string& reason);
-    void drop(ConnectionId connection);
     Link* control();
     void fillBulk();
 
     ServerNodeOptions _options;
-    std::map<ConnectionId, Peer> _peers;
     std::optional<Session> _session;
     std::deque<ServerEvent> _events;
-    std::deque<Action> _actions;
     bool _leaving = false;
     bool _dialling = false;
     ConnectionId _dialledControl = 0;

@@ -1,0 +1,114 @@
+#include "common/protocol/linked_endpoint.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace umbriel::protocol {
+
+void LinkedEndpoint::received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) {
+    Peer* found = peer(connection);
+    if (!found || found->closing) return;
+    found->link.received(bytes, now);
+    drain(connection, *found, now);
+    handled(now);
+}
+
+void LinkedEndpoint::closed(ConnectionId connection, const std::string& reason, TimePoint now) {
+    Peer* found = peer(connection);
+    if (!found) return;
+    found->link.lost(reason);
+    drain(connection, *found, now);
+    _peers.erase(connection);
+    handled(now);
+}
+
+std::optional<Action> LinkedEndpoint::nextAction() {
+    if (_actions.empty()) return std::nullopt;
+    Action action = std::move(_actions.front());
+    _actions.pop_front();
+    return action;
+}
+
+SendQueue* LinkedEndpoint::output(ConnectionId connection) {
+    Link* found = link(connection);
+    return found ? &found->output() : nullptr;
+}
+
+void LinkedEndpoint::adopt(ConnectionId connection, const LinkOptions& options, wire::Hello mine, std::uint64_t tag,
+                           TimePoint now) {
+    _peers.try_emplace(connection, options, std::move(mine), tag, now);
+}
+
+void LinkedEndpoint::decline(ConnectionId connection) {
+    _actions.push_back({Action::Kind::Close, connection, 0, {}, 0});
+}
+
+void LinkedEndpoint::drop(ConnectionId connection) {
+    Peer* found = peer(connection);
+    if (found && !std::exchange(found->closing, true)) decline(connection);
+}
+
+void LinkedEndpoint::dropAll(const std::string& reason) {
+    for (auto& [id, peer] : _peers) {
+        peer.link.close(reason);
+        drop(id);
+    }
+}
+
+void LinkedEndpoint::dial(std::uint64_t tag, const std::string& host, std::uint16_t port) {
+    _actions.push_back({Action::Kind::Dial, 0, tag, host, port});
+}
+
+LinkedEndpoint::Peer* LinkedEndpoint::peer(ConnectionId connection) {
+    const auto found = _peers.find(connection);
+    return found == _peers.end() ? nullptr : &found->second;
+}
+
+const LinkedEndpoint::Peer* LinkedEndpoint::peer(ConnectionId connection) const {
+    const auto found = _peers.find(connection);
+    return found == _peers.end() ? nullptr : &found->second;
+}
+
+Link* LinkedEndpoint::link(ConnectionId connection) {
+    Peer* found = peer(connection);
+    return found ? &found->link : nullptr;
+}
+
+void LinkedEndpoint::advanceLinks(TimePoint now) {
+    for (auto& [id, peer] : _peers) peer.link.advance(now);
+    for (auto& [id, peer] : _peers) drain(id, peer, now);
+}
+
+TimePoint LinkedEndpoint::linkDeadline() const {
+    TimePoint earliest = TimePoint::max();
+    for (const auto& [id, peer] : _peers) earliest = std::min(earliest, peer.link.deadline());
+    return earliest;
+}
+
+// Nothing that an event leads to takes a peer away: that is closed() alone.
+void LinkedEndpoint::drain(ConnectionId connection, Peer& peer, TimePoint now) {
+    for (;;) {
+        const LinkEvent event = peer.link.next();
+        switch (event.kind) {
+            case LinkEvent::Kind::None:
+                return;
+            case LinkEvent::Kind::Hello:
+                greeted(connection, peer, now);
+                break;
+            case LinkEvent::Kind::Open:
+                linkOpen(connection, peer, now);
+                break;
+            case LinkEvent::Kind::Message:
+                message(connection, peer, event.type, event.payload, now);
+                break;
+            case LinkEvent::Kind::Closed: {
+                const std::string reason = peer.link.reason();
+                drop(connection);
+                linkClosed(connection, peer, reason, now);
+                break;
+            }
+        }
+    }
+}
+
+}  // namespace umbriel::protocol
