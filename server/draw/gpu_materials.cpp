@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "server/draw/reflection_models.h"
+
 namespace umbriel {
 namespace {
 
@@ -66,8 +68,7 @@ void GpuMaterials::fill(const Aspect& scene, const GpuTextures& images, Containe
         block.metallicRoughness = glm::vec4(0.0f, 1.0f, 1.0f, 1.0f);
     } else {
         const ReflectionModel model = source->model;
-        if (model == ReflectionModel::MetallicRoughness) material.features |= bit(Feature::MetallicRoughness);
-        if (model == ReflectionModel::BlinnPhong) material.features |= bit(Feature::BlinnPhong);
+        material.features |= featureOf(model);
         if (source->alphaMode.get() == AlphaMode::Mask) material.features |= bit(Feature::AlphaMask);
         if (source->alphaMode.get() == AlphaMode::Blend) material.features |= bit(Feature::AlphaBlend);
         if (source->doubleSided.get()) material.features |= bit(Feature::DoubleSided);

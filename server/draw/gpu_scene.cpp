@@ -6,11 +6,12 @@
 #include <tuple>
 
 #include "common/base/log.h"
+#include "server/draw/reflection_models.h"
 
 namespace umbriel {
 namespace {
 
-constexpr FeatureSet kLit = bit(Feature::MetallicRoughness) | bit(Feature::BlinnPhong);
+constexpr FeatureSet kLit = litFeatures();
 constexpr Feature kTextureFeatures[kMaterialTextures] = {Feature::BaseColourTexture, Feature::MetallicRoughnessTexture,
                                                          Feature::NormalTexture,     Feature::OcclusionTexture,
                                                          Feature::EmissionTexture,   Feature::SpecularTexture};

@@ -28,3 +28,11 @@ vec2 transformedTexCoord(int unit, vec2 texCoord) {
     return vec2(dot(material.uvFromTexCoord[2 * unit].xyz, p), dot(material.uvFromTexCoord[2 * unit + 1].xyz, p));
 }
 #define SAMPLE(sampler, unit) texture(sampler, transformedTexCoord(unit, TEX_COORD(unit)))
+
+vec3 specularColour() {
+#ifdef FEATURE_SPECULAR_TEXTURE
+    return material.specular.rgb * SAMPLE(specularTexture, 5).rgb;
+#else
+    return material.specular.rgb;
+#endif
+}

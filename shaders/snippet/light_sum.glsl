@@ -1,0 +1,28 @@
+#include "snippet/lights.glsl"
+
+layout(location = 3) uniform vec3 ambientRadiance;  // of the ambient lights that reach this item
+
+#if defined(FEATURE_DIRECTIONAL_LIGHTS) || defined(FEATURE_POINT_LIGHTS) || defined(FEATURE_SPOT_LIGHTS)
+#define ANY_LIGHTS
+#endif
+
+#ifdef LIT
+vec3 ambientSum(Reflection reflection, float occlusion) {
+#ifdef FEATURE_AMBIENT_LIGHTS
+    return reflectAmbient(reflection, ambientRadiance, occlusion);
+#else
+    return vec3(0.0);
+#endif
+}
+
+// What one light adds, unshadowed.
+vec3 lightTerm(GpuLight light, Reflection reflection, vec3 relative, vec3 normal, vec3 toEye, out vec3 toLight) {
+    vec3 irradiance = irradianceFrom(light, relative, toLight);
+    return reflectLight(reflection, normal, toLight, toEye) * irradiance;
+}
+#endif
+
+// The share of a light's contribution that its shadow leaves.
+vec3 shadowTint(GpuLight light, vec3 relative, vec3 faceNormal, vec3 toLight) {
+    return mix(frame.shadowColour.rgb, vec3(1.0), shadowFactor(light, relative, faceNormal, toLight));
+}
