@@ -1,11 +1,14 @@
+const int kMaxLobes = 4;  // GpuMaterials
+
 // One material: GpuMaterials::Block.
 layout(std140, binding = 1) uniform MaterialBlock {
     vec4 baseColour;
     vec4 metallicRoughness;  // metallic, roughness, normal scale, occlusion strength
     vec4 emission;           // w: alpha cutoff
     vec4 specular;           // w: shininess
-    vec4 ambient;
+    vec4 ambient;            // w: the share of the colour that needs no light (Phong's original)
     vec4 uvFromTexCoord[12];
+    vec4 lobes[2 * kMaxLobes];  // albedo, exponent; axes, 1 where there is a lobe
 } material;
 
 layout(binding = 0) uniform sampler2D baseColourTexture;

@@ -1,22 +1,20 @@
-#include "formula/blinn_phong.glsl"
-#include "snippet/material.glsl"
+#include "snippet/classic_material.glsl"
 
-// The half vector's highlight. shaders/README.md says what a reflection_*.glsl defines.
+// Blinn's half vector (5.11). shaders/README.md says what a reflection_*.glsl defines.
 #define LIT
-#define Reflection BlinnPhong
+#define Reflection ClassicMaterial
 
-BlinnPhong reflectionOf(vec3 factor, vec3 texel) {
-    BlinnPhong reflection;
-    reflection.diffuse = factor * texel;
-    reflection.specular = specularColour();
-    reflection.shininess = material.specular.w;
+ClassicMaterial reflectionOf(vec3 factor, vec3 texel) { return classicMaterial(factor * texel); }
+
+vec3 reflectLight(ClassicMaterial reflection, vec3 normal, vec3 toLight, vec3 toEye) {
+    return classicSum(reflection, normal, toLight, blinnPhongHighlight(normal, toLight, toEye, reflection.shininess));
+}
+
+vec3 reflectAmbient(ClassicMaterial reflection, vec3 radiance, float occlusion) {
+    return classicAmbient(reflection, radiance, occlusion);
+}
+
+ClassicMaterial withHighlight(ClassicMaterial reflection, vec3 share) {
+    reflection.specular *= share;
     return reflection;
-}
-
-vec3 reflectLight(BlinnPhong reflection, vec3 normal, vec3 toLight, vec3 toEye) {
-    return blinnPhongReflect(reflection, normal, toLight, toEye);
-}
-
-vec3 reflectAmbient(BlinnPhong reflection, vec3 radiance, float occlusion) {
-    return blinnPhongAmbient(material.ambient.rgb, radiance, occlusion);
 }

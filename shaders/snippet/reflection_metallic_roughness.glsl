@@ -1,22 +1,10 @@
-#include "formula/metallic_roughness.glsl"
-#include "snippet/material.glsl"
+#include "snippet/metallic_roughness_material.glsl"
 
 // glTF's material. shaders/README.md says what a reflection_*.glsl defines.
 #define LIT
 #define Reflection MetallicRoughness
 
-MetallicRoughness reflectionOf(vec3 factor, vec3 texel) {
-    MetallicRoughness reflection;
-    reflection.baseColour = factor * texel;
-    reflection.metallic = material.metallicRoughness.x;
-    reflection.roughness = material.metallicRoughness.y;
-#ifdef FEATURE_METALLIC_ROUGHNESS_TEXTURE
-    vec4 mapped = SAMPLE(metallicRoughnessTexture, 1);
-    reflection.metallic *= mapped.b;
-    reflection.roughness *= mapped.g;
-#endif
-    return reflection;
-}
+MetallicRoughness reflectionOf(vec3 factor, vec3 texel) { return metallicRoughnessMaterial(factor * texel); }
 
 vec3 reflectLight(MetallicRoughness reflection, vec3 normal, vec3 toLight, vec3 toEye) {
     return metallicRoughnessReflect(reflection, normal, toLight, toEye);
@@ -25,3 +13,5 @@ vec3 reflectLight(MetallicRoughness reflection, vec3 normal, vec3 toLight, vec3 
 vec3 reflectAmbient(MetallicRoughness reflection, vec3 radiance, float occlusion) {
     return metallicRoughnessAmbient(reflection, radiance, occlusion);
 }
+
+MetallicRoughness withHighlight(MetallicRoughness reflection, vec3 share) { return reflection; }

@@ -44,7 +44,7 @@ vec3 reflectedRadiance(vec3 factor, vec3 texel) {
     for (uint i = 0u; i < lightRun.y; ++i) {
         GpuLight light = lights[lightList[lightRun.x + i]];
         vec3 toLight;
-        vec3 contribution = lightTerm(light, reflection, surface.relative, normal, toEye, toLight);
+        vec3 contribution = lightTerm(light, reflection, surface.relative, normal, toEye, toLight, radiance);
         // Where nothing arrives, no map needs to be asked.
         if (any(greaterThan(contribution, vec3(0.0))))
             radiance += contribution * shadowTint(light, surface.relative, faceNormal, toLight);
