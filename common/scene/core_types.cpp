@@ -23,6 +23,8 @@ void registerCoreTypes(TypeRegistry& types) {
     types.add<DirectionalLight>();
     types.add<PointLight>();
     types.add<SpotLight>();
+    types.add<PhotometricTable>();
+    types.add<GoniometricLight>();
     types.add<PerspectiveCamera>();
     types.add<OrthographicCamera>();
     types.add<MatrixCamera>();

@@ -5,14 +5,18 @@
 
 namespace umbriel {
 
-enum class ReflectionModel : std::uint32_t { MetallicRoughness, BlinnPhong, Unlit };
+// docs/illumination.md has the formula of each.
+enum class ReflectionModel : std::uint32_t {
+    MetallicRoughness, BlinnPhong, Unlit, Lambert, Phong, PhongGated, Schlick, NormalisedPhong, PhongBrdf,
+    TorranceSparrow, Lafortune, PhongOriginal, GeneralSum, OpenGlSum
+};
 enum class AlphaMode : std::uint32_t { Opaque, Mask, Blend };
 enum class WrapMode : std::uint32_t { Repeat, MirroredRepeat, ClampToEdge };
 enum class FilterMode : std::uint32_t { Nearest, Linear };
 enum class MipMode : std::uint32_t { None, Nearest, Linear };
 enum class TexelFormat : std::uint32_t { R8, RG8, RGB8, RGBA8 };
 
-template <> inline constexpr std::uint32_t kEnumCount<ReflectionModel> = 3;
+template <> inline constexpr std::uint32_t kEnumCount<ReflectionModel> = 14;
 template <> inline constexpr std::uint32_t kEnumCount<AlphaMode> = 3;
 template <> inline constexpr std::uint32_t kEnumCount<WrapMode> = 3;
 template <> inline constexpr std::uint32_t kEnumCount<FilterMode> = 2;
@@ -64,9 +68,12 @@ struct Texture : Container {
     }
 };
 
+inline constexpr std::size_t kMaxLobes = 4;
+
 // What a surface does with light. Colours are linear RGB; colour textures (base colour, emission, specular) are decoded
-// from sRGB when sampled, the others are linear. MetallicRoughness is that of glTF 2.0; BlinnPhong uses ambient, baseColour
-// (as diffuse), specular and shininess (docs/illumination.md).
+// from sRGB when sampled, the others are linear. MetallicRoughness (that of glTF 2.0) and TorranceSparrow use metallic and
+// roughness; Lafortune the lobes; the others baseColour as diffuse, specular, shininess and, the textbook's ones, ambient.
+// Values outside of their domain are repaired where scenes are made (material_values.h).
 struct Material : Container {
     static constexpr std::string_view kTypeName = "Material";
     Single<ReflectionModel> model{ReflectionModel::MetallicRoughness};
@@ -77,8 +84,12 @@ struct Material : Container {
     Single<Ref<Texture>> metallicRoughnessTexture;  // metallic in B, roughness in G
     Single<glm::vec3> specular{glm::vec3(0.0f)};
     Single<Ref<Texture>> specularTexture;
-    Single<float> shininess{32.0f};             // Blinn-Phong exponent
+    Single<float> shininess{32.0f};             // exponent, [0, 1e6]
     Single<glm::vec3> ambient{glm::vec3(0.0f)};  // reflectance of ambient light
+    Single<float> ambientShare{0.0f};           // PhongOriginal: the share of the colour that needs no light, [0, 1]
+    Multi<glm::vec3> lobeAlbedos;               // Lafortune: up to kMaxLobes, 1/sr; the three fields are equally long
+    Multi<glm::vec3> lobeAxes;                  // C, components in [-2, 2]; x and y along the tangents
+    Multi<float> lobeExponents;                 // [0, 1e4]
     Single<Ref<Texture>> normalTexture;         // tangent space, x right, y up
     Single<float> normalScale{1.0f};
     Single<Ref<Texture>> occlusionTexture;      // in R; dims ambient light only
@@ -100,6 +111,10 @@ struct Material : Container {
         type.field<&Material::specularTexture>("specularTexture");
         type.field<&Material::shininess>("shininess");
         type.field<&Material::ambient>("ambient");
+        type.field<&Material::ambientShare>("ambientShare");
+        type.field<&Material::lobeAlbedos>("lobeAlbedos");
+        type.field<&Material::lobeAxes>("lobeAxes");
+        type.field<&Material::lobeExponents>("lobeExponents");
         type.field<&Material::normalTexture>("normalTexture");
         type.field<&Material::normalScale>("normalScale");
         type.field<&Material::occlusionTexture>("occlusionTexture");

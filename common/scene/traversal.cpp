@@ -192,6 +192,9 @@ std::vector<LightInEffect> lightsInEffect(const Aspect& aspect, Ref<Node> root, 
         } else if (isA<SpotLight>(*visited.core)) {
             const auto& light = static_cast<const SpotLight&>(*visited.core);
             add(LightKind::Spot, light.on, light.castsShadow, light.beacon);
+        } else if (isA<GoniometricLight>(*visited.core)) {
+            const auto& light = static_cast<const GoniometricLight&>(*visited.core);
+            add(LightKind::Goniometric, light.on, light.castsShadow, light.beacon);
         }
         return Descend::Yes;
     });

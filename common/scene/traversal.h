@@ -81,7 +81,7 @@ Box3d worldBounds(const Aspect& aspect, Ref<Node> root, GeometryBounds& bounds,
 // For one look; a frame loop keeps its GeometryBounds.
 Box3d worldBounds(const Aspect& aspect, Ref<Node> root);
 
-enum class LightKind : std::uint32_t { Ambient, Directional, Point, Spot };
+enum class LightKind : std::uint32_t { Ambient, Directional, Point, Spot, Goniometric };
 
 // A light that is on, with its place resolved. The core may be shared by several nodes (glTF), so the node names the
 // light.

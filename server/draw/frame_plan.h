@@ -25,8 +25,19 @@ enum class Feature : std::uint32_t {
     OcclusionTexture,
     EmissionTexture,
     SpecularTexture,
-    MetallicRoughness,  // neither model: unlit
+    MetallicRoughness,  // no model: unlit
     BlinnPhong,
+    Lambert,
+    Phong,
+    PhongGated,
+    Schlick,
+    NormalisedPhong,
+    PhongBrdf,
+    TorranceSparrow,
+    Lafortune,
+    PhongOriginal,
+    GeneralSum,
+    OpenGlSum,
     AlphaMask,
     AlphaBlend,
     DoubleSided,
@@ -34,6 +45,11 @@ enum class Feature : std::uint32_t {
     DirectionalLights,
     PointLights,
     SpotLights,
+    GoniometricLights,
+    SpotExponents,      // beside the spots with an inner and an outer angle
+    ArtistAttenuation,  // beside 1/d^2
+    LightAmbient,       // lights that add to the ambient light
+    LightHighlights,    // lights whose highlights have a colour of their own
     Shadows,
     Count
 };

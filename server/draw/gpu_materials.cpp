@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "server/draw/reflection_models.h"
+
 namespace umbriel {
 namespace {
 
@@ -18,6 +20,21 @@ constexpr Feature kTextureFeatures[kMaterialTextures] = {Feature::BaseColourText
 bool isColour(std::size_t unit) {
     const auto which = static_cast<TextureUnit>(unit);
     return which == TextureUnit::BaseColour || which == TextureUnit::Emission || which == TextureUnit::Specular;
+}
+
+// True when a lobe tells one tangent from the other.
+bool fillLobes(const Material& source, glm::vec4* lobes) {
+    if (source.model.get() != ReflectionModel::Lafortune) return false;
+    bool hasGrain = false;
+    const std::size_t count =
+        std::min({kMaxLobes, source.lobeAlbedos.size(), source.lobeAxes.size(), source.lobeExponents.size()});
+    for (std::size_t i = 0; i < count; ++i) {
+        const glm::vec3 axes = source.lobeAxes[i];
+        lobes[2 * i] = glm::vec4(glm::vec3(source.lobeAlbedos[i]), source.lobeExponents[i]);
+        lobes[2 * i + 1] = glm::vec4(axes, 1.0f);
+        hasGrain |= axes.x != axes.y;
+    }
+    return hasGrain;
 }
 
 }  // namespace
@@ -58,6 +75,7 @@ void GpuMaterials::fill(const Aspect& scene, const GpuTextures& images, Containe
     GpuMaterial& material = entry.material;
     material.features = 0;
     material.textures = {};
+    material.wantsTangents = false;
     Block block{};
     const Material* source = scene.findAs<Material>(id);
     if (!source) {
@@ -66,8 +84,7 @@ void GpuMaterials::fill(const Aspect& scene, const GpuTextures& images, Containe
         block.metallicRoughness = glm::vec4(0.0f, 1.0f, 1.0f, 1.0f);
     } else {
         const ReflectionModel model = source->model;
-        if (model == ReflectionModel::MetallicRoughness) material.features |= bit(Feature::MetallicRoughness);
-        if (model == ReflectionModel::BlinnPhong) material.features |= bit(Feature::BlinnPhong);
+        material.features |= featureOf(model);
         if (source->alphaMode.get() == AlphaMode::Mask) material.features |= bit(Feature::AlphaMask);
         if (source->alphaMode.get() == AlphaMode::Blend) material.features |= bit(Feature::AlphaBlend);
         if (source->doubleSided.get()) material.features |= bit(Feature::DoubleSided);
@@ -77,18 +94,14 @@ void GpuMaterials::fill(const Aspect& scene, const GpuTextures& images, Containe
                       source->normalScale.get(), source->occlusionStrength.get());
         block.emission = glm::vec4(source->emission.get(), source->alphaCutoff.get());
         block.specular = glm::vec4(source->specular.get(), source->shininess.get());
-        block.ambient = glm::vec4(source->ambient.get(), 0.0f);
+        block.ambient = glm::vec4(source->ambient.get(), source->ambientShare.get());
+        material.wantsTangents = fillLobes(*source, block.lobes);
         const Ref<Texture> textures[kMaterialTextures] = {source->baseColourTexture, source->metallicRoughnessTexture,
                                                           source->normalTexture,     source->occlusionTexture,
                                                           source->emissionTexture,   source->specularTexture};
         for (std::size_t i = 0; i < kMaterialTextures; ++i) {
-            const auto unit = static_cast<TextureUnit>(i);
             // What the model ignores costs nothing.
-            const bool read = unit == TextureUnit::BaseColour || unit == TextureUnit::Emission
-                                  ? unit == TextureUnit::BaseColour || model != ReflectionModel::Unlit
-                              : unit == TextureUnit::MetallicRoughness ? model == ReflectionModel::MetallicRoughness
-                              : unit == TextureUnit::Specular          ? model == ReflectionModel::BlinnPhong
-                                                                       : model != ReflectionModel::Unlit;
+            const bool read = readsTexture(model, kTextureFeatures[i]);
             if (!textures[i]) continue;
             // Also of textures that cannot be used now: their image may come later.
             _usersOfTexture[textures[i]].push_back(id);

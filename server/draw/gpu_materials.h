@@ -32,6 +32,7 @@ struct GpuMaterial {
     std::uint32_t slot = 0;                                 // in the block buffer
     std::array<ContainerId, kMaterialTextures> textures{};  // Texture containers by unit; none: not used
     std::array<std::uint32_t, kMaterialTextures> texCoordSets{};
+    bool wantsTangents = false;  // beyond a normal map: its highlights have a grain
     bool usesTexCoords(std::uint32_t set) const;
 };
 
@@ -57,8 +58,9 @@ class GpuMaterials {
         glm::vec4 metallicRoughness;  // metallic, roughness, normal scale, occlusion strength
         glm::vec4 emission;           // w: alpha cutoff
         glm::vec4 specular;           // w: shininess
-        glm::vec4 ambient;
+        glm::vec4 ambient;            // w: the share that needs no light
         glm::vec4 uvFromTexCoord[kMaterialTextures * 2];  // two rows a texture; w of the first: the set
+        glm::vec4 lobes[kMaxLobes * 2];                   // albedo, exponent; axes, 1 where there is a lobe
     };
     struct Entry {
         GpuMaterial material;

@@ -6,11 +6,12 @@
 #include <tuple>
 
 #include "common/base/log.h"
+#include "server/draw/reflection_models.h"
 
 namespace umbriel {
 namespace {
 
-constexpr FeatureSet kLit = bit(Feature::MetallicRoughness) | bit(Feature::BlinnPhong);
+constexpr FeatureSet kLit = litFeatures();
 constexpr Feature kTextureFeatures[kMaterialTextures] = {Feature::BaseColourTexture, Feature::MetallicRoughnessTexture,
                                                          Feature::NormalTexture,     Feature::OcclusionTexture,
                                                          Feature::EmissionTexture,   Feature::SpecularTexture};
@@ -42,6 +43,7 @@ FeatureSet surfaceFeatures(const GpuMaterial& material, FeatureSet attributes, c
     if ((features & kLit) == 0) return features;
     features |= run.features | (attributes & bit(Feature::VertexNormals));
     if (has(features, Feature::NormalTexture)) features |= bit(Feature::VertexTangents);
+    if (material.wantsTangents) features |= attributes & bit(Feature::VertexTangents);
     return features;
 }
 
@@ -193,7 +195,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         needs.faceNormals =
             wantsLayers || (isLit && (has(run.features, Feature::Shadows) || geometry->normals.empty() ||
                                       geometry->normals.size() != geometry->positions.size()));
-        needs.tangents = has(materialFeatures, Feature::NormalTexture);
+        needs.tangents = has(materialFeatures, Feature::NormalTexture) || item.material->wantsTangents;
         needs.tangentSet = item.material->texCoordSets[static_cast<std::size_t>(TextureUnit::Normal)];
         needs.primitives = (layers & static_cast<std::uint32_t>(Layer::Ids)) != 0;
         auto uploaded = geometryOf(scene, source.geometry, needs);

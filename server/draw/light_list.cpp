@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "common/scene/lights.h"
@@ -16,56 +17,110 @@ glm::vec3 unitOr(const glm::dvec3& v, const glm::vec3& fallback) {
 
 struct Described {
     gpu::GpuLight light{};
-    Feature kind = Feature::DirectionalLights;
+    FeatureSet features = 0;
     bool castsShadow = false;
+    ContainerId beacon;
+    ContainerId table;
 };
+
+bool isZero(const glm::vec3& v) {
+    return v == glm::vec3(0.0f);
+}
+
+// What all kinds but the ambient light have.
+template <class Core>
+bool describeCommon(const Core& light, Described& result) {
+    result.beacon = light.beacon.get().id;
+    result.castsShadow = light.castsShadow;
+    result.light.ambientShare = light.ambientShare;
+    result.light.highlightShare = light.highlightShare;
+    if (!isZero(result.light.ambientShare)) result.features |= bit(Feature::LightAmbient);
+    if (result.light.highlightShare != glm::vec3(1.0f)) result.features |= bit(Feature::LightHighlights);
+    return light.on.get();
+}
+
+// What all kinds have that stand somewhere.
+template <class Core>
+bool describeLocal(const Core& light, gpu::uint kind, Feature feature, Described& result) {
+    result.features = bit(feature);
+    result.light.kind = kind;
+    result.light.irradianceOrIntensity = light.intensity;
+    result.light.range = light.range;
+    result.light.radius = light.radius;
+    result.light.attenuation = light.attenuation;
+    if (light.fade.get() == LightFade::Polynomial) {
+        result.light.fade = gpu::kFadePolynomial;
+        result.features |= bit(Feature::ArtistAttenuation);
+    }
+    return describeCommon(light, result);
+}
+
+void describeCone(const SpotLight& light, Described& result) {
+    const double outer = std::cos(static_cast<double>(light.outerAngle.get()));
+    const double inner = std::cos(static_cast<double>(light.innerAngle.get()));
+    result.light.spotCosOuter = static_cast<float>(outer);
+    result.light.spotScale = static_cast<float>(1.0 / std::max(0.001, inner - outer));  // formula/light.glsl
+    result.light.spotExponent = light.exponent;
+    const SpotFalloff falloff = light.falloff;
+    if (falloff == SpotFalloff::Edge) return;
+    result.light.spotForm = falloff == SpotFalloff::Cone ? gpu::kSpotCone : gpu::kSpotProduct;
+    result.features |= bit(Feature::SpotExponents);
+}
 
 // Nothing for a light that is off or no light.
 std::optional<Described> describeLight(const Aspect& scene, const SceneTree& tree, const SceneTree::Light& source,
                                        const glm::dvec3& eyeWorld) {
     Described result;
-    ContainerId beacon;
     const Container* core = scene.find(source.light);
     if (!core) return std::nullopt;
-    const auto common = [&](const auto& light) {
-        beacon = light.beacon.get().id;
-        result.castsShadow = light.castsShadow;
-        return light.on.get();
-    };
     bool on = false;
     if (isA<DirectionalLight>(*core)) {
         const auto& light = static_cast<const DirectionalLight&>(*core);
-        on = common(light);
+        result.features = bit(Feature::DirectionalLights);
         result.light.kind = gpu::kLightDirectional;
         result.light.irradianceOrIntensity = light.irradiance;
+        on = describeCommon(light, result);
     } else if (isA<PointLight>(*core)) {
-        const auto& light = static_cast<const PointLight&>(*core);
-        on = common(light);
-        result.kind = Feature::PointLights;
-        result.light.kind = gpu::kLightPoint;
-        result.light.irradianceOrIntensity = light.intensity;
-        result.light.range = light.range;
-        result.light.radius = light.radius;
+        on = describeLocal(static_cast<const PointLight&>(*core), gpu::kLightPoint, Feature::PointLights, result);
     } else if (isA<SpotLight>(*core)) {
         const auto& light = static_cast<const SpotLight&>(*core);
-        on = common(light);
-        result.kind = Feature::SpotLights;
-        result.light.kind = gpu::kLightSpot;
-        result.light.irradianceOrIntensity = light.intensity;
-        result.light.range = light.range;
-        result.light.radius = light.radius;
-        const double outer = std::cos(static_cast<double>(light.outerAngle.get()));
-        const double inner = std::cos(static_cast<double>(light.innerAngle.get()));
-        result.light.spotCosOuter = static_cast<float>(outer);
-        result.light.spotScale = static_cast<float>(1.0 / std::max(0.001, inner - outer));  // formula/light.glsl
+        on = describeLocal(light, gpu::kLightSpot, Feature::SpotLights, result);
+        describeCone(light, result);
+    } else if (isA<GoniometricLight>(*core)) {
+        const auto& light = static_cast<const GoniometricLight&>(*core);
+        on = describeLocal(light, gpu::kLightGoniometric, Feature::GoniometricLights, result);
+        result.table = light.table.get().id;
     }
     if (!on) return std::nullopt;
     const Placement own = tree.entries()[source.entry].world;
-    const Placement placed = beacon ? tree.placementOf(scene, beacon).value_or(own) : own;
+    const Placement placed = result.beacon ? tree.placementOf(scene, result.beacon).value_or(own) : own;
     result.light.position = glm::vec3(placed.translation - eyeWorld);
     result.light.direction = unitOr(-placed.linear[2], glm::vec3(0.0f, 0.0f, -1.0f));
+    const glm::dvec3 along(result.light.direction);
+    result.light.axisX =
+        unitOr(placed.linear[0] - along * glm::dot(along, placed.linear[0]), glm::vec3(1.0f, 0.0f, 0.0f));
     result.light.shadowIndex = -1;
     return result;
+}
+
+// Where a light's table lies among the webs of the list; appended when it is not there. False: no table to go by.
+bool placeWeb(const Aspect& scene, ContainerId id, gpu::GpuLight& light, LightList& list,
+              std::map<ContainerId, gpu::uint>& known) {
+    const PhotometricTable* table = scene.findAs<PhotometricTable>(id);
+    if (!table) return false;
+    const std::uint32_t columns = table->columns;
+    const std::uint32_t rows = table->rows;
+    if (columns < 1 || rows < 2 || columns > PhotometricTable::kMaxSide || rows > PhotometricTable::kMaxSide ||
+        std::size_t{columns} * rows != table->shares.size())
+        return false;
+    light.webColumns = columns;
+    light.webRows = rows;
+    const auto [found, isNew] = known.try_emplace(id, static_cast<gpu::uint>(list.webs.size()));
+    light.webFirst = found->second;
+    if (!isNew) return true;
+    for (const float share : table->shares.toVector())
+        list.webs.push_back(std::isfinite(share) ? std::max(share, 0.0f) : 0.0f);
+    return true;
 }
 
 glm::vec3 rowDirection(const glm::dmat4& matrix, int row) {
@@ -86,6 +141,7 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
     std::vector<std::int32_t> listed(tree.lights().size(), -1);
     std::vector<glm::vec3> ambient(tree.lights().size(), glm::vec3(0.0f));
     std::vector<FeatureSet> features(tree.lights().size(), 0);
+    std::map<ContainerId, gpu::uint> webs;
     for (std::size_t i = 0; i < tree.lights().size(); ++i) {
         const SceneTree::Light& source = tree.lights()[i];
         if (!chosen(source.node)) continue;
@@ -98,7 +154,10 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
         }
         auto described = describeLight(scene, tree, source, view.eyeWorld);
         if (!described) continue;
-        features[i] = bit(described->kind);
+        if (has(described->features, Feature::GoniometricLights) &&
+            !placeWeb(scene, described->table, described->light, list, webs))
+            continue;
+        features[i] = described->features;
         described->light.index = static_cast<std::uint32_t>(list.lights.size());
         const auto fit = std::find_if(view.fits.begin(), view.fits.end(), [&](const ShadowFit& candidate) {
             return candidate.mode == ShadowMode::Standard && candidate.mapSize > 0 &&

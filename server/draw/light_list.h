@@ -25,6 +25,7 @@ struct LightList {
     std::vector<std::string> names;  // of each light: its name, else its id
     std::vector<std::uint32_t> indices;
     std::vector<Run> runs;  // by SceneTree::Item::lightSet
+    std::vector<float> webs;  // the tables of goniometric lights, one after the other
     std::vector<gpu::GpuStandardShadow> shadows;
     std::vector<const ShadowFit*> fits;       // of each shadow; borrowed from the view
     std::vector<std::uint32_t> shadowLights;  // the light of each shadow

@@ -9,7 +9,8 @@ namespace umbriel {
 namespace {
 
 bool isLight(const Container& core) {
-    return isA<DirectionalLight>(core) || isA<PointLight>(core) || isA<SpotLight>(core) || isA<AmbientLight>(core);
+    return isA<DirectionalLight>(core) || isA<PointLight>(core) || isA<SpotLight>(core) || isA<GoniometricLight>(core) ||
+           isA<AmbientLight>(core);
 }
 
 // One node whose children are being visited.

@@ -1,6 +1,7 @@
 #include "server/draw/shader_library.h"
 
 #include "common/wall/view.h"
+#include "server/draw/reflection_models.h"
 
 namespace umbriel {
 namespace {
@@ -10,6 +11,11 @@ std::vector<gl::ShaderDefine> definesOf(FeatureSet features) {
     for (std::uint32_t i = 0; i < kFeatureCount; ++i)
         if (has(features, static_cast<Feature>(i))) defines.push_back({defineOf(static_cast<Feature>(i))});
     return defines;
+}
+
+// A file to be included by the name of a define.
+gl::ShaderDefine including(std::string name, std::string_view file) {
+    return {std::move(name), '"' + std::string(file) + '"'};
 }
 
 }  // namespace
@@ -38,7 +44,9 @@ Result<const gl::Program*> ShaderLibrary::find(const Stages& stages, const std::
 }
 
 Result<const gl::Program*> ShaderLibrary::surface(FeatureSet features) {
-    return find({"stage/surface.vert.glsl", "stage/surface.frag.glsl"}, definesOf(features));
+    std::vector<gl::ShaderDefine> defines = definesOf(features);
+    defines.push_back(including("REFLECTION_MODEL", reflectionSnippet(features)));
+    return find({"stage/surface.vert.glsl", "stage/surface.frag.glsl"}, defines);
 }
 
 Result<const gl::Program*> ShaderLibrary::layers(FeatureSet features, std::uint32_t layers,

@@ -73,6 +73,8 @@ Result<void> TilePainter::setLights(std::size_t view, const LightList& lights) {
     LightBuffers& buffers = _lightBuffers[view];
     if (auto set = buffers.lights.set(std::as_bytes(std::span(lights.lights))); !set) return set;
     if (auto set = buffers.indices.set(std::as_bytes(std::span(lights.indices))); !set) return set;
+    if (!lights.webs.empty())
+        if (auto set = buffers.webs.set(std::as_bytes(std::span(lights.webs))); !set) return set;
     return buffers.shadows.set(std::as_bytes(std::span(lights.shadows)));
 }
 
@@ -401,6 +403,7 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
         lights.lights.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 0);
         lights.indices.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 1);
         lights.shadows.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 2);
+        if (lights.webs.buffer()) lights.webs.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 5);
         if (painting.shadowMaps) painting.shadowMaps->bind(static_cast<GLuint>(TextureUnit::ShadowMaps));
         if (pass.kind != PassKind::Layers) {
             _targets.bindColour();

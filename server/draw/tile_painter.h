@@ -87,7 +87,7 @@ class TilePainter {
  public:
     // The lights of a view as buffers; kept by view so that unchanged lights are not sent again.
     struct LightBuffers {
-        StreamBuffer lights, indices, shadows;
+        StreamBuffer lights, indices, shadows, webs;
     };
     Result<void> setLights(std::size_t view, const LightList& lights);
 

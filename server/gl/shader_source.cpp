@@ -15,7 +15,8 @@ std::string_view trimLeft(std::string_view text) {
 
 class Composer {
  public:
-    explicit Composer(std::span<const shaders::ShaderFile> files) : _files(files) {}
+    Composer(std::span<const shaders::ShaderFile> files, std::span<const ShaderDefine> defines)
+        : _files(files), _defines(defines) {}
 
     // `includedFrom` is "file:line" for the message; empty for the stage itself.
     Result<void> append(std::string_view path, const std::string& includedFrom) {
@@ -37,11 +38,13 @@ class Composer {
                 continue;
             }
             const std::string place = fmt::format("{}:{}", path, line);
-            const size_t open = current.find('"');
-            const size_t close = open == std::string_view::npos ? open : current.find('"', open + 1);
-            if (close == std::string_view::npos)
-                return failure(fmt::format("{}: an include is written #include \"folder/file.glsl\"", place));
-            if (auto included = append(current.substr(open + 1, close - open - 1), place); !included) return included;
+            const std::string_view included = includedPath(current);
+            if (included.empty())
+                return failure(fmt::format(
+                    "{}: an include is written #include \"folder/file.glsl\", or #include NAME with a define "
+                    "of that name and form",
+                    place));
+            if (auto appended = append(included, place); !appended) return appended;
             startLine(line + 1);
         }
         return {};
@@ -50,7 +53,20 @@ class Composer {
     std::string text;
 
  private:
+    // Between the quotes of an include, or of the define that it names; empty when there are none.
+    std::string_view includedPath(std::string_view line) const {
+        std::string_view rest = trimLeft(trimLeft(line).substr(std::string_view("#include").size()));
+        const auto named = std::ranges::find_if(_defines, [&](const ShaderDefine& define) {
+            return rest.substr(0, rest.find_last_not_of(" \t\r") + 1) == define.name;
+        });
+        if (named != _defines.end()) rest = named->value;
+        const size_t open = rest.find('"');
+        const size_t close = open == std::string_view::npos ? open : rest.find('"', open + 1);
+        return close == std::string_view::npos ? std::string_view() : rest.substr(open + 1, close - open - 1);
+    }
+
     std::span<const shaders::ShaderFile> _files;
+    std::span<const ShaderDefine> _defines;
     std::vector<std::string_view> _seen;
 };
 
@@ -62,10 +78,11 @@ Result<std::string> composeShader(std::string_view stageFile, std::span<const Sh
 
 Result<std::string> composeShader(std::span<const shaders::ShaderFile> files, std::string_view stageFile,
                                   std::span<const ShaderDefine> defines) {
-    Composer composer(files);
+    Composer composer(files, defines);
     composer.text = "#version 450 core\n";
     for (const ShaderDefine& define : defines)
-        composer.text += fmt::format("#define {} {}\n", define.name, define.value);
+        // Paths are for the composer: GLSL has no strings.
+        if (!define.value.starts_with('"')) composer.text += fmt::format("#define {} {}\n", define.name, define.value);
     if (auto appended = composer.append(stageFile, {}); !appended) return appended.error();
     return std::move(composer.text);
 }

@@ -21,7 +21,9 @@ inline constexpr std::string_view kOriginMarker = "//@ ";
 
 // The complete text of a stage: `#version 450 core`, the defines in the given order, then the file with every
 // `#include "path"` (relative to shaders/) replaced by that file, each file once, with
-// origin markers that let Program::link quote the right place. Same input, same text.
+// origin markers that let Program::link quote the right place. `#include NAME` takes the path that the define NAME has
+// as its value, quotes included: so a stage is composed with one of several files; such a define is not written. Same
+// input, same text.
 //
 // Errors: no such file, an include that does not exist (our own bug, yet a message is kinder than an abort).
 Result<std::string> composeShader(std::string_view stageFile, std::span<const ShaderDefine> defines = {});

@@ -1,11 +1,14 @@
+const int kMaxLobes = 4;  // GpuMaterials
+
 // One material: GpuMaterials::Block.
 layout(std140, binding = 1) uniform MaterialBlock {
     vec4 baseColour;
     vec4 metallicRoughness;  // metallic, roughness, normal scale, occlusion strength
     vec4 emission;           // w: alpha cutoff
     vec4 specular;           // w: shininess
-    vec4 ambient;
+    vec4 ambient;            // w: the share of the colour that needs no light (Phong's original)
     vec4 uvFromTexCoord[12];
+    vec4 lobes[2 * kMaxLobes];  // albedo, exponent; axes, 1 where there is a lobe
 } material;
 
 layout(binding = 0) uniform sampler2D baseColourTexture;
@@ -28,3 +31,11 @@ vec2 transformedTexCoord(int unit, vec2 texCoord) {
     return vec2(dot(material.uvFromTexCoord[2 * unit].xyz, p), dot(material.uvFromTexCoord[2 * unit + 1].xyz, p));
 }
 #define SAMPLE(sampler, unit) texture(sampler, transformedTexCoord(unit, TEX_COORD(unit)))
+
+vec3 specularColour() {
+#ifdef FEATURE_SPECULAR_TEXTURE
+    return material.specular.rgb * SAMPLE(specularTexture, 5).rgb;
+#else
+    return material.specular.rgb;
+#endif
+}

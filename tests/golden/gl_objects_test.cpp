@@ -310,6 +310,16 @@ TEST(ShaderSource, IncludesEachFileOnceAndPutsDefinesFirst) {
               "//@ a.glsl:1\na\n//@ b.glsl:2\nb\n//@ main.glsl:2\n//@ main.glsl:3\nmain\n");
 }
 
+TEST(ShaderSource, ADefineMayNameTheIncludedFile) {
+    const std::array<shaders::ShaderFile, 3> files{
+        {{"main.glsl", "#include MODEL\nmain\n"}, {"a.glsl", "a\n"}, {"b.glsl", "b\n"}}};
+    const std::array<ShaderDefine, 1> defines{{{"MODEL", "\"b.glsl\""}}};
+    const auto text = composeShader(files, "main.glsl", defines);
+    ASSERT_TRUE(text);
+    EXPECT_EQ(*text, "#version 450 core\n//@ main.glsl:1\n//@ b.glsl:1\nb\n//@ main.glsl:2\nmain\n");
+    EXPECT_FALSE(composeShader(files, "main.glsl"));
+}
+
 TEST(ShaderSource, AMissingIncludeNamesItsPlace) {
     const std::array<shaders::ShaderFile, 1> files{{{"main.glsl", "\n#include \"gone.glsl\"\n"}}};
     const auto text = composeShader(files, "main.glsl");

@@ -1,0 +1,41 @@
+#include "snippet/lights.glsl"
+
+// What reaches the eye from all the lights of a draw item, at a place: the part that is the same for every model.
+
+layout(location = 3) uniform vec3 ambientRadiance;  // of the ambient lights that reach this item
+
+#if defined(FEATURE_DIRECTIONAL_LIGHTS) || defined(FEATURE_POINT_LIGHTS) || defined(FEATURE_SPOT_LIGHTS) || \
+    defined(FEATURE_GONIOMETRIC_LIGHTS)
+#define ANY_LIGHTS
+#endif
+
+#ifdef LIT
+vec3 ambientSum(Reflection reflection, float occlusion) {
+#ifdef FEATURE_AMBIENT_LIGHTS
+    return reflectAmbient(reflection, ambientRadiance, occlusion);
+#else
+    return vec3(0.0);
+#endif
+}
+
+// What one light adds, as far as its shadow can take it away; what no shadow can is added to `unshadowed`.
+vec3 lightTerm(GpuLight light, Reflection reflection, vec3 relative, vec3 normal, vec3 toEye, out vec3 toLight,
+               inout vec3 unshadowed) {
+    vec3 irradiance = irradianceFrom(light, relative, toLight);
+#ifdef FEATURE_LIGHT_AMBIENT
+    unshadowed += reflectAmbient(reflection, light.ambientShare * irradiance * kInversePi, 1.0);
+#endif
+#ifdef REFLECTS_UNSHADOWED
+    unshadowed += reflectUnshadowed(reflection) * irradiance;
+#endif
+#ifdef FEATURE_LIGHT_HIGHLIGHTS
+    reflection = withHighlight(reflection, light.highlightShare);
+#endif
+    return reflectLight(reflection, normal, toLight, toEye) * irradiance;
+}
+#endif
+
+// The share of a light's contribution that its shadow leaves.
+vec3 shadowTint(GpuLight light, vec3 relative, vec3 faceNormal, vec3 toLight) {
+    return mix(frame.shadowColour.rgb, vec3(1.0), shadowFactor(light, relative, faceNormal, toLight));
+}

@@ -1,0 +1,31 @@
+#include "formula/lambert.glsl"
+#include "formula/phong.glsl"
+#include "snippet/material.glsl"
+
+// Lambert and the energy-normalised lobe of Phong: diffuse + specular <= 1 conserves energy. shaders/README.md says what a reflection_*.glsl defines.
+#define LIT
+#define Reflection PhongReflection
+
+struct PhongReflection {
+    vec3 diffuse;
+    vec3 specular;
+    float shininess;
+};
+
+PhongReflection reflectionOf(vec3 factor, vec3 texel) {
+    return PhongReflection(factor * texel, specularColour(), material.specular.w);
+}
+
+vec3 reflectLight(PhongReflection reflection, vec3 normal, vec3 toLight, vec3 toEye) {
+    return lambertBrdf(reflection.diffuse) * max(dot(normal, toLight), 0.0) +
+           normalisedPhongReflect(reflection.specular, reflection.shininess, normal, toLight, toEye);
+}
+
+vec3 reflectAmbient(PhongReflection reflection, vec3 radiance, float occlusion) {
+    return (reflection.diffuse + reflection.specular) * radiance * occlusion;
+}
+
+PhongReflection withHighlight(PhongReflection reflection, vec3 share) {
+    reflection.specular *= share;
+    return reflection;
+}

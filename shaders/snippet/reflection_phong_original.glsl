@@ -1,0 +1,33 @@
+#include "snippet/classic_material.glsl"
+
+// Phong's own combination (5.12): a share of the colour needs no light to face it, nor is it shadowed; the rest is
+// reflectLight(). shaders/README.md says what a reflection_*.glsl defines.
+#define LIT
+#define Reflection PhongOriginal
+
+PhongOriginal reflectionOf(vec3 factor, vec3 texel) {
+    PhongOriginal reflection;
+    reflection.colour = factor * texel;
+    reflection.ambient = material.ambient.w;
+    reflection.specular = specularColour();
+    reflection.shininess = material.specular.w;
+    return reflection;
+}
+
+vec3 reflectLight(PhongOriginal reflection, vec3 normal, vec3 toLight, vec3 toEye) {
+    reflection.colour *= 1.0 - reflection.ambient;
+    reflection.ambient = 0.0;
+    return phongOriginal(reflection, normal, toLight, toEye) * kInversePi;
+}
+
+vec3 reflectAmbient(PhongOriginal reflection, vec3 radiance, float occlusion) {
+    return reflection.colour * reflection.ambient * radiance * occlusion;
+}
+
+#define REFLECTS_UNSHADOWED
+vec3 reflectUnshadowed(PhongOriginal reflection) { return reflection.colour * reflection.ambient * kInversePi; }
+
+PhongOriginal withHighlight(PhongOriginal reflection, vec3 share) {
+    reflection.specular *= share;
+    return reflection;
+}

@@ -1,0 +1,1 @@
+// A surface that shows its colour whatever the light.

@@ -1,0 +1,27 @@
+#include "snippet/material.glsl"
+
+// What a surface is coloured with at a pixel, before any light: factors of the material and the vertices, and texels.
+
+vec4 baseFactor() {
+#ifdef FEATURE_VERTEX_COLOURS
+    return material.baseColour * surface.colour;
+#else
+    return material.baseColour;
+#endif
+}
+
+vec4 baseTexel() {
+#ifdef FEATURE_BASE_COLOUR_TEXTURE
+    return SAMPLE(baseColourTexture, 0);
+#else
+    return vec4(1.0);
+#endif
+}
+
+vec3 emittedRadiance() {
+#ifdef FEATURE_EMISSION_TEXTURE
+    return material.emission.rgb * SAMPLE(emissionTexture, 4).rgb;
+#else
+    return material.emission.rgb;
+#endif
+}
