@@ -9,6 +9,7 @@ namespace umbriel {
 Ref<LoadedScene> buildCar(Aspect& aspect);
 Ref<LoadedScene> buildCity(Aspect& aspect, int buildings);
 Ref<LoadedScene> buildCloth(Aspect& aspect);
+Ref<LoadedScene> buildPalms(Aspect& aspect, int palms);
 Ref<LoadedScene> buildSpheres(Aspect& aspect, int count);
 
 }  // namespace umbriel

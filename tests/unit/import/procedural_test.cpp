@@ -109,7 +109,7 @@ TEST_P(Demos, HaveAMainCameraAndASun) {
     const auto loaded = buildDemo(GetParam(), aspect);
     ASSERT_TRUE(loaded);
     const LoadedScene& scene = aspect.get(*loaded);
-    ASSERT_EQ(scene.cameras.size(), 1u);
+    ASSERT_FALSE(scene.cameras.empty());  // the first is the one that is taken
     const auto* camera = aspect.findAs<PerspectiveCamera>(scene.cameras[0]);
     ASSERT_NE(camera, nullptr);
     EXPECT_EQ(camera->name.get(), "main");
@@ -134,7 +134,8 @@ TEST_P(Demos, AreTheSameEveryTime) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Demos,
-                         testing::Values("demo:car", "demo:city?n=300", "demo:cloth", "demo:spheres?n=10",
+                         testing::Values("demo:car", "demo:city?n=300", "demo:cloth", "demo:palms", "demo:palms?n=40",
+                                         "demo:spheres?n=10",
                                          "demo:spheres?n=1"));
 
 class DemoFigures : public Demos {};
@@ -191,6 +192,28 @@ TEST_F(DemoFigures, ClothIsFinelyTessellatedAndAboveTheFloorAndTheBall) {
             ASSERT_GT(glm::distance(p, glm::vec3(0.0f, 0.78f, 0.0f)), 0.46f);
         }
     }
+}
+
+TEST_F(DemoFigures, PalmsHaveThreeDistancesSharedShapesAndTheCamerasOfTheExperiments) {
+    IdSource ids;
+    Aspect aspect(_types, ids);
+    const auto loaded = buildDemo("demo:palms", aspect);
+    ASSERT_TRUE(loaded);
+    const LoadedScene& scene = aspect.get(*loaded);
+    const Counts counts = count(aspect, scene.root);
+    EXPECT_LT(counts.storedTriangles, counts.drawnTriangles);
+    EXPECT_EQ(scene.cameras.size(), 6u);
+    const auto [eyeZ, bands] = std::pair(16.0, std::array{std::pair(0.0, 30.0), std::pair(30.0, 60.0), std::pair(60.0, 110.0)});
+    std::array<int, 3> palms{};
+    for (ContainerId id : aspect.ids()) {
+        const auto* node = aspect.findAs<Node>(id);
+        if (!node || !node->name->starts_with("palm ")) continue;
+        const auto* place = aspect.findAs<Transform>(node->core.get().id);
+        if (!place) continue;
+        for (std::size_t i = 0; i < bands.size(); ++i)
+            palms[i] += eyeZ - place->translation->z >= bands[i].first && eyeZ - place->translation->z < bands[i].second;
+    }
+    EXPECT_EQ(palms, (std::array{3, 3, 3}));
 }
 
 TEST_F(DemoFigures, UnknownDemosAndOptionsAreRefusedNamingTheKnownOnes) {
