@@ -19,6 +19,7 @@ using glm::uvec4;
 using glm::vec2;
 using glm::vec3;
 using glm::vec4;
+#include "shaders/structs/deformation.glsl"
 #include "shaders/structs/light.glsl"
 #include "shaders/structs/standard_shadow.glsl"
 }  // namespace umbriel::gpu

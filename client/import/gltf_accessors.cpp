@@ -82,6 +82,8 @@ int GltfAccessors::components(int accessor) const {
             return 3;
         case TINYGLTF_TYPE_VEC4:
             return 4;
+        case TINYGLTF_TYPE_MAT4:
+            return 16;  // its columns are never padded
         default:
             return 0;
     }

@@ -14,7 +14,7 @@ class GltfAccessors {
     GltfAccessors(GltfFile& file, ByteBudget& sceneBytes) : _file(file), _sceneBytes(sceneBytes) {}
 
     std::size_t count(int accessor) const;
-    // 1, 2, 3, 4 for SCALAR to VEC4, otherwise 0.
+    // 1, 2, 3, 4 for SCALAR to VEC4, 16 for MAT4, otherwise 0.
     int components(int accessor) const;
     bool isFloat(int accessor) const;
     // Integers that are not marked as normalised.

@@ -36,20 +36,10 @@ Ref<AnimationChannel> GltfAnimations::channel(const tinygltf::Animation& animati
     if (static_cast<std::size_t>(source.sampler) >= animation.samplers.size())
         throw ImportRefused(place + ".sampler", "sampler " + std::to_string(source.sampler) + " does not exist");
     const tinygltf::AnimationSampler& sampler = animation.samplers[static_cast<std::size_t>(source.sampler)];
+    const std::size_t components = componentsOf(source, place);
+    if (components == 0) return {};
     const bool isRotation = source.target_path == "rotation";
-    if (!isRotation && source.target_path != "translation" && source.target_path != "scale") {
-        _context.warnings.add(place + ".target.path: " + source.target_path + " is not animated in this version");
-        return {};
-    }
-    if (source.target_node < 0) {
-        _context.warnings.add(place + ".target: names no node and is ignored");
-        return {};
-    }
-    if (!_nodes.transformOf(source.target_node)) return {};  // a node of another scene
-    if (!_context.model().nodes[static_cast<std::size_t>(source.target_node)].matrix.empty()) {
-        _context.warnings.add(place + ".target.node: the node has a matrix and cannot be animated");
-        return {};
-    }
+    const bool isWeights = source.target_path == "weights";
 
     if (!_context.accessors.hasData(sampler.input) || !_context.accessors.hasData(sampler.output)) {
         _context.warnings.add(place + ": its data is not in the file (a buffer without uri) and it is ignored");
@@ -57,28 +47,31 @@ Ref<AnimationChannel> GltfAnimations::channel(const tinygltf::Animation& animati
     }
     const std::vector<float> keys = times(sampler.input, place + ".sampler.input");
     const bool cubic = sampler.interpolation == "CUBICSPLINE";
-    const int components = isRotation ? 4 : 3;
     const std::string outputPlace = place + ".sampler.output";
-    if (_context.accessors.components(sampler.output) != components)
+    if (_context.accessors.components(sampler.output) != (isWeights ? 1 : static_cast<int>(components)))
         throw ImportRefused(outputPlace, "accessor " + std::to_string(sampler.output) + " is not of type " +
-                                             (isRotation ? "VEC4" : "VEC3"));
-    const std::size_t expected = keys.size() * (cubic ? 3 : 1);
+                                             (isWeights    ? "SCALAR"
+                                              : isRotation ? "VEC4"
+                                                           : "VEC3"));
+    const std::size_t expected = keys.size() * (cubic ? 3 : 1) * (isWeights ? components : 1);
     if (_context.accessors.count(sampler.output) != expected)
         throw ImportRefused(outputPlace, "has " + std::to_string(_context.accessors.count(sampler.output)) +
                                              " elements where " + std::to_string(expected) + " are needed");
     std::vector<float> values = _context.accessors.floats(sampler.output);
     for (std::size_t i = 0; i < values.size(); ++i)
         if (!std::isfinite(values[i]))
-            throw ImportRefused(
-                outputPlace, "element " + std::to_string(i / static_cast<std::size_t>(components)) + " is not finite");
+            throw ImportRefused(outputPlace,
+                                "element " + std::to_string(i / (isWeights ? 1 : components)) + " is not finite");
     if (isRotation) normaliseRotations(values, cubic, outputPlace);
     duration = std::max(duration, static_cast<double>(keys.back()));
 
-    const Ref<AnimatedPose> target = pose(source.target_node);
+    const Ref<AnimatedPose> target = isWeights ? Ref<AnimatedPose>() : pose(source.target_node);
     const Ref<AnimationChannel> made = _context.scene.create<AnimationChannel>();
     auto edit = _context.scene.edit(made);
     edit.set<&AnimationChannel::pose>(target);
-    edit.set<&AnimationChannel::path>(isRotation                            ? AnimationPath::Rotation
+    if (isWeights) edit.set<&AnimationChannel::morph>(_nodes.morphWeightsOf(source.target_node));
+    edit.set<&AnimationChannel::path>(isWeights                             ? AnimationPath::Weights
+                                      : isRotation                          ? AnimationPath::Rotation
                                       : source.target_path == "translation" ? AnimationPath::Translation
                                                                             : AnimationPath::Scale);
     edit.set<&AnimationChannel::interpolation>(cubic                             ? AnimationInterpolation::CubicSpline
@@ -87,6 +80,31 @@ Ref<AnimationChannel> GltfAnimations::channel(const tinygltf::Animation& animati
     edit.assign<&AnimationChannel::times>(keys);
     edit.assign<&AnimationChannel::values>(values);
     return made;
+}
+
+std::size_t GltfAnimations::componentsOf(const tinygltf::AnimationChannel& source, const std::string& place) {
+    const std::string& path = source.target_path;
+    if (path != "translation" && path != "rotation" && path != "scale" && path != "weights") {
+        _context.warnings.add(place + ".target.path: " + path + " is not animated in this version");
+        return 0;
+    }
+    if (source.target_node < 0) {
+        _context.warnings.add(place + ".target: names no node and is ignored");
+        return 0;
+    }
+    if (!_nodes.transformOf(source.target_node)) return 0;  // a node of another scene
+    const tinygltf::Node& node = _context.model().nodes[static_cast<std::size_t>(source.target_node)];
+    if (path == "weights") {
+        const MorphWeights* weights = _context.scene.find(_nodes.morphWeightsOf(source.target_node));
+        if (weights) return weights->weights.size();
+        _context.warnings.add(place + ".target.node: the node has no morph targets that are drawn");
+        return 0;
+    }
+    if (!node.matrix.empty()) {
+        _context.warnings.add(place + ".target.node: the node has a matrix and cannot be animated");
+        return 0;
+    }
+    return path == "rotation" ? 4 : 3;
 }
 
 Ref<AnimatedPose> GltfAnimations::pose(int index) {

@@ -74,6 +74,10 @@ class GltfMeshes {
 
     // One for each primitive that has triangles.
     const std::vector<Ref<Geometry>>& mesh(int index);
+    // The largest joint that any vertex of a geometry hangs on; 0 without joints.
+    std::uint32_t largestJoint(Ref<Geometry> geometry) const;
+    // Morph targets of a mesh, the most of its primitives.
+    std::size_t morphTargets(int index) const;
 
  private:
     using DataKey = std::vector<int>;
@@ -84,18 +88,45 @@ class GltfMeshes {
                                          std::size_t vertices);
     std::vector<float> attribute(const tinygltf::Primitive& source, const char* name, const std::string& place,
                                  std::size_t vertices, int components);
+    void requireMorphAccessors(const tinygltf::Primitive& source, const std::string& place) const;
+    void buildJoints(const tinygltf::Primitive& source, const std::string& place, std::size_t vertices,
+                     Ref<Geometry> target);
+    void buildMorphs(const tinygltf::Primitive& source, const std::string& place, std::size_t vertices,
+                     Ref<Geometry> target);
 
     GltfContext& _context;
     GltfMaterials& _materials;
+    std::map<ContainerId, std::uint32_t> _largestJoint;
     std::map<int, std::vector<Ref<Geometry>>> _meshes;
     std::map<DataKey, Ref<Geometry>> _geometries;  // by accessors, mode and material
     std::map<DataKey, Ref<Geometry>> _data;        // by accessors and mode: shares its memory
 };
 
+// Skins, made when a node first uses them; their joints are set when all nodes are there.
+class GltfSkins {
+ public:
+    explicit GltfSkins(GltfContext& context) : _context(context) {}
+
+    // place: the node that hangs these geometries on the skin.
+    Ref<Skin> skin(int index, const std::vector<Ref<Geometry>>& geometries, const GltfMeshes& meshes,
+                   const std::string& place);
+    void setJoints(const std::map<int, Ref<Node>>& nodes);
+
+ private:
+    std::vector<glm::mat4> matrices(int accessor, std::size_t joints, const std::string& place);
+
+    GltfContext& _context;
+    std::map<int, Ref<Skin>> _skins;
+};
+
+// The weights that a node starts with, its mesh's where it has none of its own.
+Ref<MorphWeights> makeMorphWeights(GltfContext& context, const tinygltf::Node& node, int mesh, std::size_t targets,
+                                   const std::string& place);
+
 // The node tree with cameras and lights.
 class GltfNodes {
  public:
-    GltfNodes(GltfContext& context, GltfMeshes& meshes) : _context(context), _meshes(meshes) {}
+    GltfNodes(GltfContext& context, GltfMeshes& meshes) : _context(context), _meshes(meshes), _skins(context) {}
 
     // Builds the default scene; the root of everything is returned.
     Ref<Node> build(const std::string& sceneName);
@@ -103,18 +134,24 @@ class GltfNodes {
     std::vector<Ref<Container>> cameras();
     // The transform of a glTF node; none when it is not part of the scene.
     Ref<Transform> transformOf(int node) const;
+    // The morph weights of a glTF node's mesh; none when it has no targets or is not part of the scene.
+    Ref<MorphWeights> morphWeightsOf(int node) const;
 
  private:
     void requireTree() const;
     std::vector<int> rootsOfScene(std::string& sceneName);
     Ref<Node> buildNode(int index, std::uint32_t depth);
+    // A node for each geometry of its mesh.
+    std::vector<Ref<Node>> buildLeaves(const tinygltf::Node& source, int index);
     void place(const tinygltf::Node& source, const std::string& where, Ref<Transform> transform);
     Ref<Container> light(int index, const std::string& name, Ref<Node> beacon);
 
     GltfContext& _context;
     GltfMeshes& _meshes;
+    GltfSkins _skins;
     std::map<int, Ref<Node>> _nodes;
     std::map<int, Ref<Transform>> _transforms;
+    std::map<int, Ref<MorphWeights>> _morphWeights;
     std::vector<std::pair<int, int>> _cameraNodes;  // (camera, node)
     std::vector<std::pair<int, int>> _lightNodes;   // (node, light), in the order of the tree
 };
@@ -130,6 +167,8 @@ class GltfAnimations {
     Ref<AnimationChannel> channel(const tinygltf::Animation& animation, const tinygltf::AnimationChannel& source,
                                   const std::string& place, double& duration);
     Ref<AnimatedPose> pose(int node);
+    // How many numbers a key of the channel has; 0 when it is left out, with a warning.
+    std::size_t componentsOf(const tinygltf::AnimationChannel& source, const std::string& place);
     std::vector<float> times(int accessor, const std::string& place);
     void normaliseRotations(std::vector<float>& values, bool cubic, const std::string& place);
 

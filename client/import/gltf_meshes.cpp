@@ -9,7 +9,8 @@
 namespace umbriel {
 namespace {
 
-constexpr const char* kAttributes[] = {"POSITION", "NORMAL", "TANGENT", "COLOR_0", "TEXCOORD_0", "TEXCOORD_1"};
+constexpr const char* kAttributes[] = {"POSITION",   "NORMAL",   "TANGENT",   "COLOR_0",  "TEXCOORD_0",
+                                       "TEXCOORD_1", "JOINTS_0", "WEIGHTS_0", "JOINTS_1", "WEIGHTS_1"};
 
 int accessorOf(const tinygltf::Primitive& primitive, const char* name) {
     const auto found = primitive.attributes.find(name);
@@ -105,13 +106,18 @@ Ref<Geometry> GltfMeshes::primitive(const tinygltf::Primitive& source, const std
         _context.warnings.add(place + ": has no POSITION and is not drawn");
         return {};
     }
-    if (!source.targets.empty()) _context.warnings.add(place + ": morph targets are ignored in this version");
     DataKey key{mode, source.indices};
     for (const char* attribute : kAttributes) key.push_back(accessorOf(source, attribute));
     for (std::size_t i = 1; i < key.size(); ++i)
         if (key[i] >= 0 && !_context.accessors.hasData(key[i])) {
             _context.warnings.add(place + ": its data is not in the file (a buffer without uri) and it is not drawn");
             return {};
+        }
+    requireMorphAccessors(source, place);
+    for (const auto& target : source.targets)
+        for (const char* attribute : {"POSITION", "NORMAL", "TANGENT"}) {
+            const auto found = target.find(attribute);
+            key.push_back(found == target.end() ? -1 : found->second);
         }
     DataKey withMaterial = key;
     withMaterial.push_back(source.material);
@@ -128,6 +134,7 @@ Ref<Geometry> GltfMeshes::primitive(const tinygltf::Primitive& source, const std
         const auto& fields = geometry.type().fields;
         for (std::uint32_t i = 0; i < fields.size(); ++i)
             if (fields[i].isMulti) raw.assignMulti(made, i, fields[i].multi(geometry));
+        _largestJoint[made] = largestJoint(same->second);
     } else if (build(source, place, made)) {
         _data[key] = made;
     } else {
@@ -136,6 +143,18 @@ Ref<Geometry> GltfMeshes::primitive(const tinygltf::Primitive& source, const std
     }
     _context.scene.edit(made).set<&Geometry::material>(material);
     return _geometries[withMaterial] = made;
+}
+
+std::uint32_t GltfMeshes::largestJoint(Ref<Geometry> geometry) const {
+    const auto found = _largestJoint.find(geometry);
+    return found == _largestJoint.end() ? 0 : found->second;
+}
+
+std::size_t GltfMeshes::morphTargets(int index) const {
+    std::size_t most = 0;
+    for (const tinygltf::Primitive& source : _context.model().meshes[static_cast<std::size_t>(index)].primitives)
+        most = std::max(most, source.targets.size());
+    return most;
 }
 
 std::vector<float> GltfMeshes::attribute(const tinygltf::Primitive& source, const char* name, const std::string& place,
@@ -164,6 +183,8 @@ bool GltfMeshes::build(const tinygltf::Primitive& source, const std::string& pla
     const std::vector<float> points = attribute(source, "POSITION", place, count, 3);
     requireFinite(points, 3, place + ".attributes.POSITION");
     const std::vector<glm::vec3> positions = vectorsOf<glm::vec3>(points);
+    buildJoints(source, place, count, target);
+    if (!source.targets.empty()) buildMorphs(source, place, count, target);
     auto edit = _context.scene.edit(target);
     edit.assign<&Geometry::positions>(positions);
     edit.assign<&Geometry::indices>(indices);

@@ -55,6 +55,7 @@ Ref<Node> GltfNodes::build(const std::string& sceneName) {
     const Ref<Node> scene = _context.scene.create<Node>(name);
     std::vector<Ref<Node>> children;
     for (const int root : roots) children.push_back(buildNode(root, 0));
+    _skins.setJoints(_nodes);
     _context.scene.edit(scene).assign<&Node::children>(children);
 
     // A light acts on what is below its node, and glTF's lights act on everything: so their nodes form a chain above
@@ -150,23 +151,41 @@ Ref<Node> GltfNodes::buildNode(int index, std::uint32_t depth) {
     place(source, nodePlace(index), transform);
     if (source.camera >= 0) _cameraNodes.emplace_back(source.camera, index);
     if (const int light = lightOf(source); light >= 0) _lightNodes.emplace_back(index, light);
-    if (source.skin >= 0) _context.warnings.add(nodePlace(index) + ".skin: skins are ignored in this version");
 
     std::vector<Ref<Node>> children;
-    if (source.mesh >= 0) {
-        const std::string& name = _context.model().meshes[static_cast<std::size_t>(source.mesh)].name;
-        for (const Ref<Geometry>& geometry : _meshes.mesh(source.mesh)) {
-            const Ref<Node> leaf = _context.scene.create<Node>(name);
-            _context.scene.edit(leaf).set<&Node::core>(geometry);
-            children.push_back(leaf);
-        }
-    }
+    if (source.mesh >= 0) children = buildLeaves(source, index);
     for (const int child : source.children) children.push_back(buildNode(child, depth + 1));
     auto edit = _context.scene.edit(node);
     edit.set<&Node::core>(transform);
     edit.set<&Node::visible>(isVisible(source));
     edit.assign<&Node::children>(children);
     return node;
+}
+
+std::vector<Ref<Node>> GltfNodes::buildLeaves(const tinygltf::Node& source, int index) {
+    const std::string& name = _context.model().meshes[static_cast<std::size_t>(source.mesh)].name;
+    const std::vector<Ref<Geometry>>& geometries = _meshes.mesh(source.mesh);
+    Ref<Skin> skin;
+    Ref<MorphWeights> morph;
+    if (source.skin >= 0 && !geometries.empty()) skin = _skins.skin(source.skin, geometries, _meshes, nodePlace(index));
+    if (const std::size_t targets = _meshes.morphTargets(source.mesh); targets > 0 && !geometries.empty())
+        morph = _morphWeights[index] = makeMorphWeights(_context, source, source.mesh, targets, nodePlace(index));
+    std::vector<Ref<Node>> leaves;
+    for (const Ref<Geometry>& geometry : geometries) {
+        Ref<Container> core(geometry.id);
+        if (skin || morph) {
+            const Ref<DeformedGeometry> deformed = _context.scene.create<DeformedGeometry>();
+            auto edit = _context.scene.edit(deformed);
+            edit.set<&DeformedGeometry::geometry>(geometry);
+            edit.set<&DeformedGeometry::skin>(skin);
+            edit.set<&DeformedGeometry::morph>(morph);
+            core = Ref<Container>(deformed.id);
+        }
+        const Ref<Node> leaf = _context.scene.create<Node>(name);
+        _context.scene.edit(leaf).set<&Node::core>(core);
+        leaves.push_back(leaf);
+    }
+    return leaves;
 }
 
 void GltfNodes::place(const tinygltf::Node& source, const std::string& where, Ref<Transform> transform) {
@@ -252,6 +271,11 @@ std::vector<Ref<Container>> GltfNodes::cameras() {
 Ref<Transform> GltfNodes::transformOf(int node) const {
     const auto found = _transforms.find(node);
     return found == _transforms.end() ? Ref<Transform>() : found->second;
+}
+
+Ref<MorphWeights> GltfNodes::morphWeightsOf(int node) const {
+    const auto found = _morphWeights.find(node);
+    return found == _morphWeights.end() ? Ref<MorphWeights>() : found->second;
 }
 
 // Candela and lux are taken as W/sr and W/m^2, unscaled: the file's author chose the numbers against an exposure.

@@ -7,6 +7,7 @@
 
 #include "client/import/import_error.h"
 #include "common/scene/cameras.h"
+#include "common/scene/deformed_bounds.h"
 #include "common/scene/lights.h"
 #include "common/scene/materials.h"
 
@@ -28,8 +29,8 @@ bool isAnyOf(const Container& container) {
 
 bool isExpected(const Container& container) {
     return isAnyOf<Node, Transform, Geometry, Image, Texture, Material, DirectionalLight, PointLight, SpotLight,
-                   PerspectiveCamera, OrthographicCamera, AnimatedPose, AnimationChannel, Animation, LoadedScene>(
-        container);
+                   PerspectiveCamera, OrthographicCamera, Skin, MorphWeights, DeformedGeometry, AnimatedPose,
+                   AnimationChannel, Animation, LoadedScene>(container);
 }
 
 template <class Number>
@@ -119,10 +120,17 @@ class SceneCheck {
     void checkContent(const Container& container) {
         const ContainerId id = container.id();
         if (const auto* node = as<Node>(id)) {
-            requireRef<Transform, Geometry, DirectionalLight, PointLight, SpotLight>(container, node->core.get());
+            requireRef<Transform, Geometry, DeformedGeometry, DirectionalLight, PointLight, SpotLight>(
+                container, node->core.get());
             requireRefs<Node>(container, node->children);
         } else if (const auto* geometry = as<Geometry>(id)) {
             checkGeometry(*geometry);
+        } else if (const auto* deformed = as<DeformedGeometry>(id)) {
+            checkDeformed(*deformed);
+        } else if (const auto* skin = as<Skin>(id)) {
+            requireRefs<Node>(container, skin->joints);
+            if (skin->joints.empty() || skin->inverseBinds.size() != skin->joints.size())
+                refuse(container, "has not a matrix for each joint");
         } else if (const auto* image = as<Image>(id)) {
             checkImage(*image);
         } else if (const auto* texture = as<Texture>(id)) {
@@ -150,6 +158,11 @@ class SceneCheck {
         for (const std::size_t size : {geometry.normals.size(), geometry.tangents.size(), geometry.colours.size(),
                                        geometry.texCoords0.size(), geometry.texCoords1.size()})
             if (size != 0 && size != vertices) refuse(geometry, "has attributes of different lengths");
+        if (geometry.joints.size() != geometry.jointWeights.size() * kJointsPerVertex ||
+            (!geometry.joints.empty() && geometry.jointWeights.size() != vertices))
+            refuse(geometry, "has joints that do not suit its vertices");
+        if (!geometry.morphPositions.empty() && morphTargetsOf(geometry) == 0)
+            refuse(geometry, "has morph targets that do not suit its vertices");
         if (geometry.indices.size() % 3 != 0) refuse(geometry, "has an incomplete triangle");
         const MultiStorage& indices = geometry.indices.storage();
         for (std::size_t i = 0; i < indices.chunkCount(); ++i) {
@@ -160,6 +173,18 @@ class SceneCheck {
                 if (index >= vertices) refuse(geometry, "has an index beyond its vertices");
             }
         }
+    }
+
+    void checkDeformed(const DeformedGeometry& deformed) {
+        const Geometry* geometry = as<Geometry>(deformed.geometry.get());
+        if (!geometry) refuse(deformed, "has no geometry");
+        requireRef<Skin>(deformed, deformed.skin.get());
+        requireRef<MorphWeights>(deformed, deformed.morph.get());
+        const Skin* skin = as<Skin>(deformed.skin.get());
+        if (!skin) return;
+        const std::vector<std::uint16_t> joints = geometry->joints.toVector();
+        for (const std::uint16_t joint : joints)
+            if (joint >= skin->joints.size()) refuse(deformed, "has a vertex on a joint beyond its skin");
     }
 
     void checkImage(const Image& image) {
@@ -206,9 +231,14 @@ class SceneCheck {
             requireRefs<AnimationChannel>(container, animation->channels);
             if (!(animation->duration >= 0.0)) refuse(container, "has a negative duration");
         } else if (const auto* channel = as<AnimationChannel>(id)) {
-            if (!as<AnimatedPose>(channel->pose.get())) refuse(container, "has no pose");
-            const std::size_t numbers = (channel->path.get() == AnimationPath::Rotation ? 4 : 3) *
-                                        (channel->interpolation.get() == AnimationInterpolation::CubicSpline ? 3u : 1u);
+            const bool isWeights = channel->path.get() == AnimationPath::Weights;
+            const MorphWeights* morph = as<MorphWeights>(channel->morph.get());
+            if (isWeights ? !morph : !as<AnimatedPose>(channel->pose.get())) refuse(container, "has no pose");
+            const std::size_t components = isWeights                                        ? morph->weights.size()
+                                           : channel->path.get() == AnimationPath::Rotation ? 4
+                                                                                            : 3;
+            const std::size_t numbers =
+                components * (channel->interpolation.get() == AnimationInterpolation::CubicSpline ? 3u : 1u);
             if (channel->times.empty() || channel->values.size() != channel->times.size() * numbers)
                 refuse(container, "has values that do not suit its keys");
             for (std::size_t i = 1; i < channel->times.size(); ++i)

@@ -12,6 +12,8 @@ namespace umbriel {
 // quaternions x y z w; of translations and scales w is 0. False when the channel's times and values do not fit
 // together.
 bool evaluate(const AnimationChannel& channel, double time, glm::dvec4& value);
+// The same for a channel of morph weights, each for itself.
+bool evaluateWeights(const AnimationChannel& channel, double time, std::vector<float>& weights);
 
 // Plays a loaded scene's animations together, each looping after its duration. What a channel does not animate keeps
 // its pose; only transforms whose value really changes are edited.

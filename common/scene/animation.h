@@ -1,13 +1,15 @@
 #pragma once
 
-#include "common/scene/nodes.h"
+#include "common/scene/deformation.h"
 
 namespace umbriel {
 
-enum class AnimationPath : std::uint32_t { Translation, Rotation, Scale };
+enum class AnimationPath : std::uint32_t { Translation, Rotation, Scale, Weights };
 enum class AnimationInterpolation : std::uint32_t { Step, Linear, CubicSpline };
-template <> inline constexpr std::uint32_t kEnumCount<AnimationPath> = 3;
-template <> inline constexpr std::uint32_t kEnumCount<AnimationInterpolation> = 3;
+template <>
+inline constexpr std::uint32_t kEnumCount<AnimationPath> = 4;
+template <>
+inline constexpr std::uint32_t kEnumCount<AnimationInterpolation> = 3;
 
 // The translation, rotation and scale a node came with, before it became a matrix; the client's player replaces the
 // animated ones and writes the product into the Transform. Client only.
@@ -27,12 +29,14 @@ struct AnimatedPose : Container {
     }
 };
 
-// One glTF animation channel: keys at ascending times (seconds); values hold 3 (translation, scale) or 4 (rotation, x y z
-// w) floats a key, three times that for cubic splines (in-tangent, value, out-tangent). Client only.
+// One glTF animation channel: keys at ascending times (seconds); values hold 3 (translation, scale), 4 (rotation, x y z
+// w) or as many floats a key as there are morph weights, three times that for cubic splines (in-tangent, value,
+// out-tangent). Client only.
 struct AnimationChannel : Container {
     static constexpr std::string_view kTypeName = "AnimationChannel";
     static constexpr bool kShipped = false;
-    Single<Ref<AnimatedPose>> pose;
+    Single<Ref<AnimatedPose>> pose;   // of Translation, Rotation, Scale
+    Single<Ref<MorphWeights>> morph;  // of Weights
     Single<AnimationPath> path{AnimationPath::Translation};
     Single<AnimationInterpolation> interpolation{AnimationInterpolation::Linear};
     Multi<float> times;
@@ -40,6 +44,7 @@ struct AnimationChannel : Container {
 
     static void declare(TypeBuilder<AnimationChannel>& type) {
         type.field<&AnimationChannel::pose>("pose");
+        type.field<&AnimationChannel::morph>("morph");
         type.field<&AnimationChannel::path>("path");
         type.field<&AnimationChannel::interpolation>("interpolation");
         type.field<&AnimationChannel::times>("times");

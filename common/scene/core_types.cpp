@@ -2,6 +2,7 @@
 
 #include "common/scene/animation.h"
 #include "common/scene/cameras.h"
+#include "common/scene/deformation.h"
 #include "common/scene/lights.h"
 #include "common/scene/materials.h"
 #include "common/scene/nodes.h"
@@ -16,6 +17,9 @@ void registerCoreTypes(TypeRegistry& types) {
     types.add<LevelOfDetail>();
     types.add<Geometry>();
     types.add<MaterialGroup>();
+    types.add<Skin>();
+    types.add<MorphWeights>();
+    types.add<DeformedGeometry>();
     types.add<Image>();
     types.add<Texture>();
     types.add<Material>();

@@ -20,8 +20,8 @@ struct Node : Container {
     }
 };
 
-// Places what is below its node: parent point = linear * point + translation. The translation is double, so that a scene
-// may lie 1e6 m from the origin; 60 bytes on the wire.
+// Places what is below its node: parent point = linear * point + translation. The translation is double, so that a
+// scene may lie 1e6 m from the origin; 60 bytes on the wire.
 struct Transform : Container {
     static constexpr std::string_view kTypeName = "Transform";
     Single<glm::mat3> linear{glm::mat3(1.0f)};  // rotation, scale, shear
@@ -53,18 +53,25 @@ struct LevelOfDetail : Container {
 };
 
 // Triangles. Vertex attributes are empty or as long as positions; indices are a list of triangles, three each. Normals
-// empty: the face normal is used (flat). Tangents: xyz and the bitangent's sign in w (glTF). Bounds are derived where they
-// are needed, never stored.
+// empty: the face normal is used (flat). Tangents: xyz and the bitangent's sign in w (glTF). Bounds are derived where
+// they are needed, never stored.
 struct Geometry : Container {
     static constexpr std::string_view kTypeName = "Geometry";
-    Multi<glm::vec3> positions;   // object space, metres
-    Multi<glm::vec3> normals;     // unit length
+    Multi<glm::vec3> positions;  // object space, metres
+    Multi<glm::vec3> normals;    // unit length
     Multi<glm::vec4> tangents;
     Multi<glm::vec4> colours;     // linear RGBA, multiplies the base colour
     Multi<glm::vec2> texCoords0;  // (0,0) is the first texel of the first row of the image
     Multi<glm::vec2> texCoords1;
     Multi<std::uint32_t> indices;
     Single<Ref<Container>> material;  // a Material; none: a default grey one
+    // What a DeformedGeometry deforms; without one, nothing. Four joints a vertex (indices in its skin) with their
+    // weights; displacements target after target, each of all vertices.
+    Multi<std::uint16_t> joints;
+    Multi<glm::vec4> jointWeights;
+    Multi<glm::vec3> morphPositions;
+    Multi<glm::vec3> morphNormals;
+    Multi<glm::vec3> morphTangents;
 
     static void declare(TypeBuilder<Geometry>& type) {
         type.field<&Geometry::positions>("positions");
@@ -75,6 +82,11 @@ struct Geometry : Container {
         type.field<&Geometry::texCoords1>("texCoords1");
         type.field<&Geometry::indices>("indices");
         type.field<&Geometry::material>("material");
+        type.field<&Geometry::joints>("joints");
+        type.field<&Geometry::jointWeights>("jointWeights");
+        type.field<&Geometry::morphPositions>("morphPositions");
+        type.field<&Geometry::morphNormals>("morphNormals");
+        type.field<&Geometry::morphTangents>("morphTangents");
     }
 };
 

@@ -144,20 +144,69 @@ const Box3d& GeometryBounds::of(const Aspect& aspect, Ref<Geometry> geometry) {
     return entry.box;
 }
 
+const DeformedBounds& GeometryBounds::deformed(const Geometry& geometry, std::size_t jointCount) {
+    DeformedEntry& entry = _deformed[geometry.id()];
+    entry.used = true;
+    const MultiStorage* sources[] = {&geometry.positions.storage(), &geometry.joints.storage(),
+                                     &geometry.jointWeights.storage(), &geometry.morphPositions.storage()};
+    bool same = entry.sources.size() == std::size(sources) && entry.jointCount == jointCount;
+    for (std::size_t i = 0; same && i < std::size(sources); ++i) same = sameChunks(entry.sources[i], *sources[i]);
+    if (same) return entry.bounds;
+    entry.sources.clear();
+    for (const MultiStorage* source : sources) entry.sources.push_back(*source);
+    entry.jointCount = jointCount;
+    entry.bounds = deformedBoundsOf(geometry, jointCount);
+    return entry.bounds;
+}
+
 void GeometryBounds::sweep() {
     std::erase_if(_entries, [](const auto& entry) { return !entry.second.used; });
     for (auto& entry : _entries) entry.second.used = false;
+    std::erase_if(_deformed, [](const auto& entry) { return !entry.second.used; });
+    for (auto& entry : _deformed) entry.second.used = false;
 }
+
+namespace {
+
+// In world metres. The hierarchy is made when the first skin needs it.
+Box3d deformedWorldBounds(const Aspect& aspect, Ref<Node> root, const VisitedNode& visited,
+                          const DeformedGeometry& core, GeometryBounds& bounds, std::optional<Hierarchy>& hierarchy) {
+    const Geometry* geometry = aspect.find(core.geometry.get());
+    if (!geometry) return {};
+    const Skin* skin = aspect.find(core.skin.get());
+    const std::size_t jointCount = skin ? skin->joints.size() : 0;
+    const DeformedBounds& rest = bounds.deformed(*geometry, jointCount);
+    const std::vector<float> weights = morphWeightsOf(aspect, core, morphTargetsOf(*geometry));
+    if (jointCount == 0) {
+        const Affine unmoved;
+        return transformed(visited.worldFromNode, rest.of({&unmoved, 1}, weights));
+    }
+    if (!hierarchy) hierarchy.emplace(aspect, root);
+    std::vector<Affine> worldFromJoint;
+    for (std::size_t i = 0; i < jointCount; ++i)
+        worldFromJoint.push_back(hierarchy->worldFromNode(aspect, skin->joints[i]));
+    const glm::dvec3 anchor = worldFromJoint[0].translation;
+    Box3d box = rest.of(jointMapsOf(*skin, worldFromJoint, anchor), weights);
+    if (box.empty()) return box;
+    return {box.lower + anchor, box.upper + anchor};
+}
+
+}  // namespace
 
 Box3d worldBounds(const Aspect& aspect, Ref<Node> root, GeometryBounds& bounds,
                   const std::vector<Ref<Node>>& excluded) {
     Box3d result;
+    std::optional<Hierarchy> hierarchy;
+    const auto include = [&](const Box3d& box) {
+        if (!box.empty() && isFinite(box.lower) && isFinite(box.upper)) result.include(box);
+    };
     traverse(aspect, root, std::nullopt, [&](const VisitedNode& visited) {
         if (std::find(excluded.begin(), excluded.end(), visited.ref) != excluded.end()) return Descend::No;
-        if (visited.core && isA<Geometry>(*visited.core)) {
-            const Box3d box = transformed(visited.worldFromNode, bounds.of(aspect, Ref<Geometry>(visited.core->id())));
-            if (!box.empty() && isFinite(box.lower) && isFinite(box.upper)) result.include(box);
-        }
+        if (visited.core && isA<Geometry>(*visited.core))
+            include(transformed(visited.worldFromNode, bounds.of(aspect, Ref<Geometry>(visited.core->id()))));
+        else if (visited.core && isA<DeformedGeometry>(*visited.core))
+            include(deformedWorldBounds(aspect, root, visited, static_cast<const DeformedGeometry&>(*visited.core),
+                                        bounds, hierarchy));
         return Descend::Yes;
     });
     return result;

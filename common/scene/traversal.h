@@ -8,6 +8,7 @@
 #include "common/math/affine.h"
 #include "common/math/box.h"
 #include "common/scene/aspect.h"
+#include "common/scene/deformed_bounds.h"
 #include "common/scene/lights.h"
 #include "common/scene/nodes.h"
 
@@ -61,6 +62,8 @@ std::int32_t chosenLevel(const LevelOfDetail& levels, std::size_t childCount, do
 class GeometryBounds {
  public:
     const Box3d& of(const Aspect& aspect, Ref<Geometry> geometry);
+    // What bounds every pose of a deformed geometry with a skin of so many joints (0: none).
+    const DeformedBounds& deformed(const Geometry& geometry, std::size_t jointCount);
     // Forgets geometries that were not asked for since the last sweep.
     void sweep();
 
@@ -70,7 +73,14 @@ class GeometryBounds {
         Box3d box;
         bool used = true;
     };
+    struct DeformedEntry {
+        std::vector<MultiStorage> sources;  // as Entry::positions
+        std::size_t jointCount = 0;
+        DeformedBounds bounds;
+        bool used = true;
+    };
     std::unordered_map<ContainerId, Entry> _entries;
+    std::unordered_map<ContainerId, DeformedEntry> _deformed;
 };
 
 // Around all visible geometry below root (every level of detail), in world metres; conservative: the boxes of rotated

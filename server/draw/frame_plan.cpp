@@ -53,6 +53,8 @@ constexpr FeatureName kNames[kFeatureCount] = {
 
 const char* nameOf(PassKind kind) {
     switch (kind) {
+        case PassKind::Deform:
+            return "deform";
         case PassKind::ShadowMap:
             return "shadow-map";
         case PassKind::Background:
@@ -114,6 +116,13 @@ class Planner {
                                 work.width, work.height,
                                 bytesText(std::uint64_t(work.width) * std::uint64_t(work.height) * 20 * _views.samples),
                                 _views.samples, limit));
+        }
+        for (std::uint32_t i = 0; i < _demands.size(); ++i) {
+            const ViewDemand::Deformed& deformed = _demands[i].deformed;
+            if (deformed.geometries == 0) continue;
+            add({PassKind::Deform, i, 0, 0, "vertices",
+                 fmt::format("{} geometries, {} vertices, {} joints, {} morph targets", deformed.geometries,
+                             deformed.vertices, deformed.joints, deformed.morphTargets)});
         }
         for (std::uint32_t i = 0; i < _demands.size(); ++i) planShadows(i);
         addTarget("colour", "RGBA32F", work, 1, _views.samples, 16);

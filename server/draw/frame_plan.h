@@ -69,7 +69,7 @@ const char* defineOf(Feature feature);
 // The features' short names, joined by spaces; "plain" for none.
 std::string describe(FeatureSet set);
 
-enum class PassKind : std::uint32_t { ShadowMap, Background, Surfaces, Blend, Foreground, Resolve, Layers };
+enum class PassKind : std::uint32_t { Deform, ShadowMap, Background, Surfaces, Blend, Foreground, Resolve, Layers };
 
 enum class BackgroundKind : std::uint32_t { None, Colour, Gradient, Image };
 
@@ -82,6 +82,14 @@ struct ViewDemand {
     std::uint32_t foregrounds = 0;
     std::map<FeatureSet, std::uint32_t> surfaces;  // draw items by the features of their shader
     std::uint32_t lights = 0;                      // that are on, ambient ones apart
+    // Geometries that are morphed or skinned, once a frame and only when their pose has changed.
+    struct Deformed {
+        std::uint32_t geometries = 0;
+        std::uint32_t vertices = 0;
+        std::uint32_t joints = 0;
+        std::uint32_t morphTargets = 0;
+    };
+    Deformed deformed;
     struct Shadow {
         std::string light;
         std::uint32_t mapSize = 0;

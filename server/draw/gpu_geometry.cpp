@@ -309,6 +309,11 @@ void GpuGeometry::updateBounds() {
     for (const Cluster& cluster : _clusters) _box.add(cluster.box);
 }
 
+void GpuGeometry::setClusterBoxes(std::span<const Box> boxes) {
+    for (std::size_t i = 0; i < std::min(boxes.size(), _clusters.size()); ++i) _clusters[i].box = boxes[i];
+    updateBounds();
+}
+
 std::uint64_t GpuGeometry::bytes() const {
     return _positions.size() + _normals.size() + _tangents.size() + _colours.size() + _texCoords0.size() +
            _texCoords1.size() + _indices.size() + _firstTriangles.size() + _faceNormals.size() + _primitiveTable.size();

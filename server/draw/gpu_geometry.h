@@ -60,6 +60,16 @@ class GpuGeometry {
     const BufferTexture& primitives() const { return _primitiveTexture; }
     // True when drawing needs the table of original triangle numbers (ids layer).
     bool isReordered() const { return !_primitives.empty(); }
+    // For what computes vertices on the GPU (deformer.h): empty buffers for what there is not.
+    const gl::Buffer& positions() const { return _positions; }
+    const gl::Buffer& normals() const { return _normals; }
+    const gl::Buffer& tangents() const { return _tangents; }
+    const gl::Buffer& indices() const { return _indices; }
+    const gl::Buffer& faceNormalBuffer() const { return _faceNormals; }
+    // The vertex at a corner of a drawn triangle.
+    std::uint32_t indexAt(const Geometry& geometry, std::size_t corner) const;
+    // Where the clusters are now, by cluster.
+    void setClusterBoxes(std::span<const Box> boxes);
     std::uint64_t bytes() const;
     // Bytes sent to the GPU since creation: a test counts them.
     std::uint64_t uploadedBytes() const { return _uploadedBytes; }
@@ -76,7 +86,6 @@ class GpuGeometry {
     void attach(VertexLocation location, const gl::Buffer& buffer, GLint components);
     void updateTriangles(const Geometry& geometry, const IndexRanges& vertices);
     void updateBounds();
-    std::uint32_t indexAt(const Geometry& geometry, std::size_t corner) const;
 
     Needs _needs;
     FeatureSet _attributes = 0;

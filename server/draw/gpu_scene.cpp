@@ -93,7 +93,13 @@ void GpuScene::changed(const ChangeList& changes, const Aspect& scene) {
         if (!container) continue;
         if (isA<Transform>(*container)) {
             _movedTransforms.push_back(change.id);
+        } else if (isA<Skin>(*container)) {
+            _deformer.changed(change.id);
+        } else if (isA<DeformedGeometry>(*container)) {
+            _deformer.changed(change.id);
+            _structureChanged = true;
         } else if (isA<Geometry>(*container)) {
+            _deformer.changed(change.id);
             std::vector<MultiChange>& pending = _pending[change.id];
             for (const MultiChange& multi : change.multis) {
                 const auto same = std::find_if(pending.begin(), pending.end(),
@@ -120,6 +126,7 @@ void GpuScene::changed(const ChangeList& changes, const Aspect& scene) {
             _uploadedByForgotten += found->second.uploadedBytes();
             _geometries.erase(found);
         }
+        _deformer.changed(id);
         _pending.erase(id);
         _textures.forget(id);
         _materials.changed(id);
@@ -166,7 +173,8 @@ Result<GpuGeometry*> GpuScene::geometryOf(const Aspect& scene, ContainerId id, c
     return &_geometries.emplace(id, std::move(*uploaded)).first->second;
 }
 
-Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::uint32_t layers) {
+Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::uint32_t layers,
+                                    ShaderLibrary& shaders) {
     ViewScene result;
     result.view = &view;
     result.viewport = scene.findAs<Viewport>(view.viewport);
@@ -198,9 +206,19 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         needs.tangents = has(materialFeatures, Feature::NormalTexture) || item.material->wantsTangents;
         needs.tangentSet = item.material->texCoordSets[static_cast<std::size_t>(TextureUnit::Normal)];
         needs.primitives = (layers & static_cast<std::uint32_t>(Layer::Ids)) != 0;
-        auto uploaded = geometryOf(scene, source.geometry, needs);
-        if (!uploaded) return uploaded.error();
-        item.geometry = *uploaded;
+        Placement placement = tree.entries()[source.entry].world;
+        if (source.deformation) {
+            auto deformed = _deformer.prepare(scene, tree, source.deformation, placement, needs, shaders);
+            if (!deformed) return deformed.error();
+            item.geometry = deformed->geometry;
+            placement = deformed->world;
+            item.isMirrored = deformed->isMirrored;
+            if (item.geometry) result.deformed.push_back(_deformer.sizeOf(source.deformation));
+        } else {
+            auto uploaded = geometryOf(scene, source.geometry, needs);
+            if (!uploaded) return uploaded.error();
+            item.geometry = *uploaded;
+        }
         if (!item.geometry || item.geometry->triangles() == 0) continue;
 
         const FeatureSet attributes = item.geometry->attributes();
@@ -208,10 +226,9 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         item.casterFeatures = maskFeatures(*item.material, attributes);
         item.layerFeatures = item.casterFeatures;
         if (wantsFactors) item.layerFeatures |= run.features & ~bit(Feature::AmbientLights);
-        const Placement& placement = tree.entries()[source.entry].world;
         item.relativeFromObject = placement.relativeTo(view.eyeWorld);
         item.normalFromObject = normalMatrix(placement.linear);
-        item.isMirrored = glm::determinant(placement.linear) < 0.0;
+        item.isMirrored = item.isMirrored != (glm::determinant(placement.linear) < 0.0);
         // Light passes through what is blended; how much, no plain shadow map can say.
         item.castsShadow = !has(materialFeatures, Feature::AlphaBlend) && !excluded(tree, viewport, source.entry);
         const glm::dvec3 middle(item.relativeFromObject * glm::dvec4(item.geometry->box().centre(), 1.0));

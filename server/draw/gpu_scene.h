@@ -7,6 +7,7 @@
 #include "common/scene/aspect.h"
 #include "common/scene/windows.h"
 #include "common/wall/view.h"
+#include "server/draw/deformer.h"
 #include "server/draw/gpu_geometry.h"
 #include "server/draw/gpu_materials.h"
 #include "server/draw/gpu_textures.h"
@@ -39,6 +40,7 @@ struct ViewScene {
     LightList lights;
     std::vector<SurfaceItem> items;  // opaque and cut out first, roughly front to back; then blended, back to front
     std::size_t opaqueItems = 0;
+    std::vector<Deformer::Size> deformed;  // of the geometries that are not at rest
 };
 
 // The scene on the GPU. Follows change lists; a frame costs what changed plus a pass over the draw items.
@@ -50,12 +52,13 @@ class GpuScene {
     // Brings geometries that are on the GPU up to date.
     Result<void> update(const Aspect& scene);
     // What a view draws; uploads what it needs and is not there yet. layers: WallViews::layers.
-    Result<ViewScene> prepare(const Aspect& scene, const View& view, std::uint32_t layers);
+    Result<ViewScene> prepare(const Aspect& scene, const View& view, std::uint32_t layers, ShaderLibrary& shaders);
 
     GpuTextures& textures() { return _textures; }
     GpuMaterials& materials() { return _materials; }
     // Bytes that geometries sent to the GPU since the start: what a change costs.
     std::uint64_t uploadedGeometryBytes() const;
+    std::uint64_t deformedVertices() const { return _deformer.deformedVertices(); }
     std::size_t geometryCount() const { return _geometries.size(); }
 
  private:
@@ -64,6 +67,7 @@ class GpuScene {
 
     GpuTextures _textures;
     GpuMaterials _materials;
+    Deformer _deformer;
     std::unordered_map<ContainerId, GpuGeometry> _geometries;
     std::map<ContainerId, std::vector<MultiChange>> _pending;
     std::uint64_t _uploadedByForgotten = 0;

@@ -32,6 +32,12 @@ ViewDemand demandOf(const Aspect& scene, const ViewScene& view) {
     demand.foregrounds = static_cast<std::uint32_t>(view.viewport->foregrounds.size());
     for (const SurfaceItem& item : view.items) ++demand.surfaces[item.features];
     demand.lights = static_cast<std::uint32_t>(view.lights.lights.size());
+    for (const Deformer::Size& size : view.deformed) {
+        ++demand.deformed.geometries;
+        demand.deformed.vertices += size.vertices;
+        demand.deformed.joints += size.joints;
+        demand.deformed.morphTargets += size.morphTargets;
+    }
     for (std::size_t i = 0; i < view.lights.fits.size(); ++i) {
         ViewDemand::Shadow shadow;
         shadow.light = view.lights.names[view.lights.shadowLights[i]];
@@ -68,7 +74,7 @@ class SceneRenderer final : public Renderer {
         std::vector<ViewPainting> paintings;
         std::vector<ViewDemand> demands;
         for (std::size_t i = 0; i < views.views.size(); ++i) {
-            auto prepared = _scene.prepare(scene, views.views[i], views.layers);
+            auto prepared = _scene.prepare(scene, views.views[i], views.layers, _shaders);
             if (!prepared) return prepared.error();
             ViewPainting painting;
             painting.scene = std::move(*prepared);

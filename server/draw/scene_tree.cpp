@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "common/scene/deformation.h"
 #include "common/scene/lights.h"
 
 namespace umbriel {
@@ -85,10 +86,13 @@ void SceneTree::rebuild(const Aspect& scene, ContainerId root) {
             } else if (isA<LevelOfDetail>(*core)) {
                 visit.level = _levels.size();
                 _levels.push_back({index, coreId, {}});
-            } else if (isA<Geometry>(*core)) {
-                const ContainerId own = static_cast<const Geometry*>(core)->material.get().id;
-                if (entry.visible)
-                    _items.push_back({index, id, coreId, visit.material ? visit.material : own, visit.lightSet});
+            } else if (isA<Geometry>(*core) || isA<DeformedGeometry>(*core)) {
+                const auto* deformed = scene.findAs<DeformedGeometry>(coreId);
+                const ContainerId geometryId = deformed ? deformed->geometry.get().id : coreId;
+                const auto* geometry = scene.findAs<Geometry>(geometryId);
+                if (entry.visible && geometry)
+                    _items.push_back({index, id, geometryId, deformed ? coreId : ContainerId{},
+                                      visit.material ? visit.material : geometry->material.get().id, visit.lightSet});
             } else if (isLight(*core) && entry.visible) {
                 if (_lights.size() < kMaxLights) {
                     std::vector<std::uint32_t> set = _lightSets[visit.lightSet];

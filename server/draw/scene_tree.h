@@ -43,6 +43,7 @@ class SceneTree {
         std::uint32_t entry = 0;
         ContainerId node;
         ContainerId geometry;
+        ContainerId deformation;     // a DeformedGeometry of that geometry; none: drawn at rest
         ContainerId material;        // none: the default one
         std::uint32_t lightSet = 0;  // which lights reach it, see lightSets()
     };

@@ -21,7 +21,7 @@ gl::ShaderDefine including(std::string name, std::string_view file) {
 }  // namespace
 
 Result<const gl::Program*> ShaderLibrary::find(const Stages& stages, const std::vector<gl::ShaderDefine>& defines) {
-    std::string key = stages.vertex + "|" + stages.fragment;
+    std::string key = stages.vertex + "|" + stages.fragment + "|" + stages.compute;
     for (const gl::ShaderDefine& define : defines) key += "|" + define.name + "=" + define.value;
     const auto [found, isNew] = _programs.try_emplace(key);
     if (!isNew) return &found->second;
@@ -32,7 +32,7 @@ Result<const gl::Program*> ShaderLibrary::find(const Stages& stages, const std::
         composed.push_back({stage, file, std::move(*source)});
         return {};
     };
-    auto added = add(GL_VERTEX_SHADER, stages.vertex);
+    auto added = stages.compute.empty() ? add(GL_VERTEX_SHADER, stages.vertex) : add(GL_COMPUTE_SHADER, stages.compute);
     if (added && !stages.fragment.empty()) added = add(GL_FRAGMENT_SHADER, stages.fragment);
     Result<gl::Program> program = added ? gl::Program::link(composed) : Result<gl::Program>(added.error());
     if (!program) {
@@ -46,7 +46,7 @@ Result<const gl::Program*> ShaderLibrary::find(const Stages& stages, const std::
 Result<const gl::Program*> ShaderLibrary::surface(FeatureSet features) {
     std::vector<gl::ShaderDefine> defines = definesOf(features);
     defines.push_back(including("REFLECTION_MODEL", reflectionSnippet(features)));
-    return find({"stage/surface.vert.glsl", "stage/surface.frag.glsl"}, defines);
+    return find({"stage/surface.vert.glsl", "stage/surface.frag.glsl", ""}, defines);
 }
 
 Result<const gl::Program*> ShaderLibrary::layers(FeatureSet features, std::uint32_t layers,
@@ -63,24 +63,29 @@ Result<const gl::Program*> ShaderLibrary::layers(FeatureSet features, std::uint3
         for (const auto& [layer, name] : names)
             if (layers & static_cast<std::uint32_t>(layer)) defines.push_back({name, std::to_string(location++)});
     }
-    return find({"stage/surface.vert.glsl", "stage/layers.frag.glsl"}, defines);
+    return find({"stage/surface.vert.glsl", "stage/layers.frag.glsl", ""}, defines);
 }
 
 Result<const gl::Program*> ShaderLibrary::caster(FeatureSet features) {
     const bool hasHoles = has(features, Feature::AlphaMask);
-    return find({"stage/caster.vert.glsl", hasHoles ? "stage/caster.frag.glsl" : ""}, definesOf(features));
+    return find({"stage/caster.vert.glsl", hasHoles ? "stage/caster.frag.glsl" : "", ""}, definesOf(features));
 }
 
 Result<const gl::Program*> ShaderLibrary::background(bool isImage) {
     std::vector<gl::ShaderDefine> defines;
     if (isImage) defines.push_back({"BACKGROUND_IMAGE"});
-    return find({"stage/screen.vert.glsl", "stage/background.frag.glsl"}, defines);
+    return find({"stage/screen.vert.glsl", "stage/background.frag.glsl", ""}, defines);
 }
 
 Result<const gl::Program*> ShaderLibrary::foreground(bool isText) {
     std::vector<gl::ShaderDefine> defines;
     if (isText) defines.push_back({"FOREGROUND_TEXT"});
-    return find({"stage/screen.vert.glsl", "stage/foreground.frag.glsl"}, defines);
+    return find({"stage/screen.vert.glsl", "stage/foreground.frag.glsl", ""}, defines);
+}
+
+Result<const gl::Program*> ShaderLibrary::compute(const std::string& stage,
+                                                  const std::vector<gl::ShaderDefine>& defines) {
+    return find({"", "", stage}, defines);
 }
 
 }  // namespace umbriel

@@ -21,12 +21,15 @@ class ShaderLibrary {
     Result<const gl::Program*> background(bool isImage);
     Result<const gl::Program*> foreground(bool isText);
 
+    Result<const gl::Program*> compute(const std::string& stage, const std::vector<gl::ShaderDefine>& defines);
+
     std::size_t variantCount() const { return _programs.size(); }
 
  private:
     struct Stages {
         std::string vertex;
         std::string fragment;  // empty: depth only
+        std::string compute;   // then no others
     };
     Result<const gl::Program*> find(const Stages& stages, const std::vector<gl::ShaderDefine>& defines);
 

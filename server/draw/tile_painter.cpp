@@ -396,7 +396,8 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
     }
     std::size_t current = SIZE_MAX;  // the view whose colours are being drawn
     for (const PlannedPass& pass : plan.passes) {
-        if (pass.kind == PassKind::ShadowMap || pass.kind == PassKind::Resolve) continue;
+        if (pass.kind == PassKind::Deform || pass.kind == PassKind::ShadowMap || pass.kind == PassKind::Resolve)
+            continue;
         ViewPainting& painting = views[pass.view];
         if (painting.area.empty()) continue;
         const LightBuffers& lights = _lightBuffers[pass.view];
@@ -431,6 +432,7 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
             case PassKind::Layers:
                 done = drawLayers(scene, wall, painting, pass.first);
                 break;
+            case PassKind::Deform:
             case PassKind::ShadowMap:
             case PassKind::Resolve:
                 break;
