@@ -193,6 +193,21 @@ Result<std::unique_ptr<Ledger>> Ledger::open(const std::filesystem::path& file, 
     return std::unique_ptr<Ledger>(new Ledger(std::move(database)));
 }
 
+std::optional<std::string> Ledger::recorded(const std::filesystem::path& file, const std::string& setting) {
+    Database database;
+    database.file = file;
+    if (sqlite3_open_v2(file.c_str(), &database.handle, SQLITE_OPEN_READWRITE, nullptr) != SQLITE_OK) return {};
+    std::optional<std::string> value;
+    const auto read = database.run(
+        "SELECT value FROM settings WHERE name = ?",
+        [&](sqlite3_stmt* s) { sqlite3_bind_text(s, 1, setting.c_str(), -1, SQLITE_STATIC); },
+        [&](sqlite3_stmt* row) {
+            const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(row, 0));
+            value = text != nullptr ? text : "";
+        });
+    return read ? value : std::nullopt;
+}
+
 const std::vector<Ledger::Shard>& Ledger::shards() const {
     return _database->shards;
 }
@@ -213,8 +228,8 @@ Result<void> Ledger::set(std::size_t number, State state) {
 
 Result<void> Ledger::remove() {
     std::error_code error;
-    // SQLite keeps its journal while it holds the lock exclusively, and a killed bake may have left one. Nothing is open
-    // in it now; it goes first, as long as the lock keeps others out.
+    // SQLite keeps its journal while it holds the lock exclusively, and a killed bake may have left one. Nothing is
+    // open in it now; it goes first, as long as the lock keeps others out.
     for (const char* suffix : {"-journal", "-wal", "-shm"})
         std::filesystem::remove(_database->file.string() + suffix, error);
     std::filesystem::remove(_database->file, error);

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,6 +34,9 @@ class Ledger {
     static Result<std::unique_ptr<Ledger>> open(const std::filesystem::path& file, const std::filesystem::path& output,
                                                 const Settings& settings, const std::vector<Shard>& shards,
                                                 bool resume);
+    // What the ledger of an interrupted bake says of one setting; none when there is no ledger, or another process has
+    // it: open() says why.
+    static std::optional<std::string> recorded(const std::filesystem::path& file, const std::string& setting);
     ~Ledger();
     Ledger(const Ledger&) = delete;
     Ledger& operator=(const Ledger&) = delete;

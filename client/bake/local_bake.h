@@ -7,22 +7,17 @@
 #include <string>
 #include <vector>
 
+#include "client/bake/shard_store.h"
 #include "common/base/result.h"
 #include "common/visibility/bake.h"
 #include "common/visibility/mesh.h"
 
 namespace umbriel {
 
-// One of n equal parts of a mesh, for job arrays; numbers begin with 0.
-struct ShardPart {
-    std::uint32_t number = 0;
-    std::uint32_t count = 1;
-};
-
 struct LocalBakeOptions {
     std::filesystem::path out{};
-    int threads = 0;           // 0: all
-    std::uint32_t shards = 0;  // how many the work is cut into, at most one a block of 1024 rows; 0: one for 8 blocks
+    int threads = 0;                  // 0: all
+    std::uint32_t shards = 0;         // how many the work is cut into, at most one a block of 1024 rows; 0: chosen
     std::optional<ShardPart> part{};  // only this part of the mesh, which makes a file to merge
     bool resume = false;              // go on with what an earlier bake into `out` has done; begin where there is none
     // Called by the caller's thread after each block, and once before the first, with blocks done and in all.
@@ -43,22 +38,12 @@ struct LocalBakeOutcome {
 // Bakes on threads of this process. The file is the same bytes whatever the threads, shards and interruptions, and
 // appears whole or not at all.
 //
-// Beside it lies the folder OUT.bake while the work is going on: a ledger (ledger.h) and the shards that are done, each
-// synced and renamed before it is recorded. On errors the folder stays, for resume. Memory beyond mesh and tree: the
-// shards in flight, about one for each thread.
+// Beside it lies the folder OUT.bake while the work is going on (shard_store.h). On errors the folder stays, for
+// resume. Memory beyond mesh and tree: the shards in flight, about one for each thread.
 //
 // Bad input: as Baker::create(); a part that the mesh does not have; OUT is being baked by another process, or was by
 // one with another mesh or settings. Failure: the disk.
 Result<LocalBakeOutcome> bakeLocally(const visibility::BakeMesh& mesh, const visibility::BakeSettings& settings,
                                      const LocalBakeOptions& options);
-
-struct MergeOutcome {
-    visibility::MapHeader header;
-    std::string sha256;
-};
-// One file of those that bakes of parts have made, in any order, each checked to the last byte. Bad input: as
-// MapFile::verify() and MergePlan::make(). Failure: the disk.
-Result<MergeOutcome> mergeFiles(const std::vector<std::filesystem::path>& shards, const std::filesystem::path& out,
-                                bool allowMixed);
 
 }  // namespace umbriel

@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "common/trace/grid_scene.h"
 #include "common/visibility/distance_map.h"
@@ -31,14 +32,11 @@ std::string processorVendor() {
 #endif
 }
 
-// What else than mesh, settings and range the bytes may depend on. Masks of Exact are decided in double by rules that
-// no processor changes; anything else may differ in its last bits.
-std::string bakeClass(const BakeSettings& settings, const std::optional<std::string>& rays) {
-    const std::string zstd = fmt::format("zstd {}", ZSTD_versionString());
-    const bool portable =
-        settings.guard == trace::Guard::Exact && settings.contents == static_cast<std::uint32_t>(MapContent::Mask);
-    if (portable || !rays) return fmt::format("exact, {}", zstd);
-    return fmt::format("{} {}, {}", *rays, processorVendor(), zstd);
+// What else than mesh, settings and range the bytes may depend on: version and instruction set of the ray caster, maker of
+// the processor, compressor. Exact masks belong to it as well: of the rays nearly parallel to a triangle a share below
+// 1e-9 is still decided by Embree alone (ray_scene.h), and a class promises every bit.
+std::string bakeClass(const std::string& maker) {
+    return fmt::format("{} {}, zstd {}", maker, processorVendor(), ZSTD_versionString());
 }
 
 // Appends a row of 16-bit values to a block.
@@ -79,6 +77,22 @@ Result<void> check(const BakeSettings& s) {
     return {};
 }
 
+MapHeader wholeHeader(const BakeMesh& mesh, const BakeSettings& settings, std::string bakeClass) {
+    MapHeader h;
+    h.totalRows = h.rowCount = mesh.rows.size();
+    h.vertexCount = mesh.vertexRow.size();
+    h.mapping = settings.mapping;
+    h.maker = settings.maker;
+    h.guard = settings.guard;
+    h.contents = settings.contents;
+    h.farShare = settings.farShare;
+    if (has(settings.contents, MapContent::Index)) h.environment = settings.environment;
+    h.meshHash = mesh.hash;
+    h.directionHash = directionHash(settings.mapping);
+    h.bakeClass = std::move(bakeClass);
+    return h;
+}
+
 struct Baker::State {
     const BakeMesh& mesh;
     BakeSettings settings;
@@ -110,32 +124,21 @@ std::uint32_t Baker::rowBlocks() const {
 Result<std::unique_ptr<Baker>> Baker::create(const BakeMesh& mesh, const BakeSettings& settings, int threads) {
     if (const auto valid = check(settings); !valid) return valid.error();
     auto state = std::make_unique<State>(mesh, settings);
-    std::optional<std::string> description;
+    std::string maker = "grid";
     if (settings.maker == MapMaker::Rays) {
         auto scene = trace::RayScene::create(mesh.view(), settings.guard, threads);
         if (!scene) return scene.error();
         state->rays = std::move(*scene);
-        description = state->rays->description();
+        maker = state->rays->description();
     } else {
         state->grid = std::make_unique<trace::GridScene>(mesh.view());
     }
     if (has(settings.contents, MapContent::Distance)) state->distances.emplace(settings.mapping);
-    MapHeader& h = state->header;
-    h.totalRows = h.rowCount = mesh.rows.size();
-    h.vertexCount = mesh.vertexRow.size();
-    h.mapping = settings.mapping;
-    h.maker = settings.maker;
-    h.guard = settings.guard;
-    h.contents = settings.contents;
-    h.farShare = settings.farShare;
-    if (has(settings.contents, MapContent::Index)) h.environment = settings.environment;
-    h.meshHash = mesh.hash;
-    h.directionHash = directionHash(settings.mapping);
-    h.bakeClass = bakeClass(settings, description);
+    state->header = wholeHeader(mesh, settings, bakeClass(maker));
     return std::unique_ptr<Baker>(new Baker(std::move(state)));
 }
 
-std::vector<EncodedBlock> Baker::block(std::uint32_t rowBlock) const {
+std::vector<EncodedBlock> Baker::block(std::uint32_t rowBlock, const std::function<bool()>& goOn) const {
     const State& s = *_state;
     const std::uint32_t pixels = pixelCount(s.settings.mapping);
     const std::uint32_t first = rowBlock * kRowsPerBlock;
@@ -160,6 +163,7 @@ std::vector<EncodedBlock> Baker::block(std::uint32_t rowBlock) const {
     Bytes maskData, distanceData, hitData, indexData;
     maskData.reserve(rows * mask.size());
     for (std::uint32_t row = first; row < first + rows; ++row) {
+        if (goOn && (row - first) % kRowsPerSlice == 0 && !goOn()) return {};
         const trace::Origin o = origin(s.mesh, row, frame);
         const auto own = s.mesh.ownTriangles(o.position);
         if (rays) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -27,6 +28,9 @@ struct BakeSettings {
 // a guard other than Exact, or with hit distances; Gl.
 Result<void> check(const BakeSettings& settings);
 
+// The header of a file of all rows: everything it says before anything is baked. bakeClass: as the bakers state it.
+MapHeader wholeHeader(const BakeMesh& mesh, const BakeSettings& settings, std::string bakeClass);
+
 // Makes maps. A block is a pure function of mesh, settings and its number: whoever bakes it, on however many threads,
 // gets the same bytes (within a bake class). Immutable after create(): use from any thread.
 class Baker {
@@ -42,8 +46,10 @@ class Baker {
     // Everything a shard's header says, for all rows.
     const MapHeader& header() const;
 
-    // The contents of one block, on this thread. This is the unit of work for a server that also draws.
-    std::vector<EncodedBlock> block(std::uint32_t rowBlock) const;
+    // The contents of one block, on this thread. goOn is asked after every kRowsPerSlice rows, so that a server that also
+    // draws works in slices of milliseconds; nothing comes back when it says no.
+    static constexpr std::uint32_t kRowsPerSlice = 32;
+    std::vector<EncodedBlock> block(std::uint32_t rowBlock, const std::function<bool()>& goOn = {}) const;
     // A file of these rows. firstRow must be a multiple of kRowsPerBlock, rowCount too unless it ends at the last row;
     // otherwise, or beyond the mesh, bad input. threads: 0 takes all.
     Result<Bytes> shard(std::uint64_t firstRow, std::uint64_t rowCount, int threads = 1) const;
