@@ -14,12 +14,14 @@ struct DirectionalLight : Container {
     Single<Ref<Node>> beacon;
     Single<glm::vec3> irradiance{glm::vec3(1.0f)};  // W/m^2 on a surface facing the light
     Single<bool> castsShadow{true};
+    Single<float> angularRadius{0.0f};              // radians, of the luminous disc; for soft shadows
 
     static void declare(TypeBuilder<DirectionalLight>& type) {
         type.field<&DirectionalLight::on>("on");
         type.field<&DirectionalLight::beacon>("beacon");
         type.field<&DirectionalLight::irradiance>("irradiance");
         type.field<&DirectionalLight::castsShadow>("castsShadow");
+        type.field<&DirectionalLight::angularRadius>("angularRadius");
     }
 };
 

@@ -1,5 +1,5 @@
 #include "formula/light.glsl"
-#include "snippet/standard_shadow.glsl"
+#include "snippet/shadow.glsl"
 #include "structs/light.glsl"
 
 // Positions are eye-relative world.
@@ -7,11 +7,6 @@ layout(std430, binding = 0) readonly buffer Lights { GpuLight lights[]; };
 // Which lights reach a draw item: a run of this list.
 layout(std430, binding = 1) readonly buffer LightLists { uint lightList[]; };
 layout(location = 2) uniform uvec2 lightRun;  // first, count
-
-#ifdef FEATURE_SHADOWS
-layout(std430, binding = 2) readonly buffer Shadows { GpuStandardShadow shadows[]; };
-layout(binding = 6) uniform sampler2DArray shadowMaps;
-#endif
 
 // What arrives from a light on a surface that faces it, W/m^2, unshadowed; and the unit vector towards it.
 vec3 irradianceFrom(GpuLight light, vec3 relative, out vec3 toLight) {
@@ -34,7 +29,7 @@ vec3 irradianceFrom(GpuLight light, vec3 relative, out vec3 toLight) {
 float shadowFactor(GpuLight light, vec3 relative, vec3 faceNormal, vec3 toLight) {
 #ifdef FEATURE_SHADOWS
     if (light.shadowIndex >= 0)
-        return standardShadow(shadowMaps, shadows[light.shadowIndex], relative, faceNormal, toLight);
+        return shadowFactor(uint(light.shadowIndex), relative, faceNormal, toLight);
 #endif
     return 1.0;
 }
