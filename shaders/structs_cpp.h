@@ -21,7 +21,7 @@ using glm::vec3;
 using glm::vec4;
 #include "shaders/structs/deformation.glsl"
 #include "shaders/structs/light.glsl"
-#include "shaders/structs/standard_shadow.glsl"
+#include "shaders/structs/shadow.glsl"
 }  // namespace umbriel::gpu
 
 #undef LAYOUT_SIZE

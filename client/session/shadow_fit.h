@@ -7,6 +7,7 @@
 
 #include "common/math/box.h"
 #include "common/scene/traversal.h"
+#include "common/scene/windows.h"
 #include "common/wall/view.h"
 
 namespace umbriel {
@@ -43,6 +44,14 @@ struct ShadowFitRequest {
     std::uint32_t mapSize = 512;  // texels, resolved (resolveMapSize)
     float offFactor = -1.0f;      // slope bias; negative: automatic
     float offBias = -1.0f;        // constant bias in texels; negative: automatic
+    ShadowMode mode = ShadowMode::Standard;  // the module
+    ShadowMode map = ShadowMode::Standard;   // whose map it uses: std, psm, lisp or trapez
+    double borderTexels = 0.0;    // around the map, beside what biases need: for filters
+    float range = 0.3f;           // trapezoid
+    float maxSideAngle = 1.5f;    // trapezoid, radians
+    float lispFactor = 1.0f;      // LISP
+    ShadowFilter filter{};        // but for lightSize, which is the light's unless given
+    float lightSize = -1.0f;      // of every light; negative: the light's own
 };
 
 // 0 becomes the largest power of two within the wall (at least 1); beyond limit the limit, with a message.
@@ -59,6 +68,11 @@ std::optional<ShadowFit> fitDirectional(const glm::dvec3& directionWorld, const 
 std::optional<ShadowFit> fitSpot(const glm::dvec3& positionWorld, const glm::dvec3& directionWorld, double outerAngle,
                                  double range, const Box3d& sceneBounds, std::span<const View> views,
                                  const ShadowFitRequest& request);
+
+// The modules that this version can fit.
+bool isFitted(ShadowMode mode);
+// A viewport's wishes, with what does not fit together put right; a message for each such thing. mapSize: resolved.
+ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std::vector<std::string>& messages);
 
 // Fits for all lights that cast shadows, ascending by the light's node, which is the fit's id. A point light outside
 // the sphere around the scene gets a spot's map aimed at it; inside, none, and a message says so (one map cannot see

@@ -49,7 +49,7 @@ std::vector<Ref<Node>> sorted(std::vector<Ref<Node>> nodes) {
 bool sameShadows(const Viewport& a, const Viewport& b) {
     return a.root.get() == b.root.get() && a.mapSize.get() == b.mapSize.get() &&
            a.shadowFit.get() == b.shadowFit.get() && a.offFactor.get() == b.offFactor.get() &&
-           a.offBias.get() == b.offBias.get() && sorted(a.lightNodes.toVector()) == sorted(b.lightNodes.toVector());
+           a.offBias.get() == b.offBias.get() && a.shadowMode.get() == b.shadowMode.get() && sorted(a.lightNodes.toVector()) == sorted(b.lightNodes.toVector());
 }
 
 void addOnce(std::vector<std::string>& messages, const std::vector<std::string>& more) {
@@ -122,10 +122,10 @@ Result<ResolvedViews> resolveViews(const Aspect& aspect, Ref<Window> windowRef, 
         view.viewport = viewportRef;
 
         const ShadowMode mode = viewport->shadowMode;
-        if (mode != ShadowMode::None && mode != ShadowMode::Standard)
-            return badViewport(*viewport, fmt::format("this version has no shadow mode '{}'; it has none and std",
+        if (mode != ShadowMode::None && !isFitted(mode))
+            return badViewport(*viewport, fmt::format("this version has no shadow mode '{}'",
                                                       kModeNames[static_cast<std::size_t>(mode)]));
-        if (mode == ShadowMode::Standard && viewport->shadowOn && !onlyBackground) {
+        if (mode != ShadowMode::None && viewport->shadowOn && !onlyBackground) {
             const auto group = std::find_if(groups.begin(), groups.end(), [&](const FitGroup& other) {
                 return viewport->shadowFit.get() != ShadowFitMode::PerView && sameShadows(*other.viewport, *viewport);
             });
@@ -142,12 +142,13 @@ Result<ResolvedViews> resolveViews(const Aspect& aspect, Ref<Window> windowRef, 
         const SceneFacts& facts = scenes.at(viewport.root.get());
         std::vector<View> seen;
         for (std::size_t index : group.views) seen.push_back(result.views.views[index]);
-        ShadowFits fits;
-        const std::uint32_t mapSize = resolveMapSize(viewport.mapSize, wall, kMaxMapSize, fits.messages);
-        addOnce(result.warnings, fits.messages);
-        fits =
+        std::vector<std::string> messages;
+        const std::uint32_t mapSize = resolveMapSize(viewport.mapSize, wall, kMaxMapSize, messages);
+        const ShadowFitRequest request = requestOf(viewport, mapSize, messages);
+        addOnce(result.warnings, messages);
+        const ShadowFits fits =
             fitShadows(aspect, lightsInEffect(aspect, viewport.root, facts.hierarchy, viewport.lightNodes.toVector()),
-                       facts.bounds, seen, {viewport.shadowFit, mapSize, viewport.offFactor, viewport.offBias});
+                       facts.bounds, seen, request);
         addOnce(result.warnings, fits.messages);
         for (std::size_t index : group.views) result.views.views[index].fits = fits.fits;
     }

@@ -30,6 +30,7 @@ struct DirectionalLight : Container {
     Single<bool> castsShadow{true};
     Single<glm::vec3> ambientShare{glm::vec3(0.0f)};
     Single<glm::vec3> highlightShare{glm::vec3(1.0f)};
+    Single<float> angularRadius{0.0f};              // radians, of the luminous disc; for soft shadows
 
     static void declare(TypeBuilder<DirectionalLight>& type) {
         type.field<&DirectionalLight::on>("on");
@@ -38,6 +39,7 @@ struct DirectionalLight : Container {
         type.field<&DirectionalLight::castsShadow>("castsShadow");
         type.field<&DirectionalLight::ambientShare>("ambientShare");
         type.field<&DirectionalLight::highlightShare>("highlightShare");
+        type.field<&DirectionalLight::angularRadius>("angularRadius");
     }
 };
 

@@ -95,6 +95,20 @@ struct Viewport : Container {
     Single<glm::vec3> shadowColor;         // 0: physical
     Multi<Ref<Node>> lightNodes;           // none: all lights found below root
     Multi<Ref<Node>> excludeNodes;         // cast no shadow
+    Single<bool> qualityMode{false};       // filters: wider penumbrae and more samples
+    Single<float> range{0.3f};             // trapezoid: share of the view's depth that gets 80 % of the map; (0, 0.8)
+    Single<float> maxSideAngle{1.5f};      // trapezoid: radians between its sides; beyond, the warp is weakened
+    Single<float> lispFactor{1.0f};        // LISP: the optimal near distance times this; infinity is no warp
+    Single<ShadowMode> filteredMap{ShadowMode::Standard};  // PCF, PPCF: std, psm, lisp or trapez
+    Single<float> filterWidth{8.0f};       // PCF: texels from side to side
+    Single<float> filterMetres{0.0f};      // PCF: where positive, metres instead
+    Single<std::uint32_t> samplesPerRow{6u};   // PCF: at most so many samples along each side
+    Single<std::uint32_t> blockerSamples{6u};  // PPCF: along each side of the search for blockers
+    Single<std::uint32_t> filterSamples{8u};   // PPCF: along each side of the filter
+    Single<float> lightSize{-1.0f};        // PPCF: metres across, or radians (directional); negative: the light's own
+    Single<float> maxPenumbra{32.0f};      // PPCF: texels
+    Single<bool> hardwareFilter{false};    // PCF: each sample is the mix of its four nearest texels
+    Single<bool> reuseMaps{true};          // a map is drawn again only when its fit or a caster changed
 
     static void declare(TypeBuilder<Viewport>& type) {
         type.field<&Viewport::lowerLeft>("lowerLeft");
@@ -113,6 +127,20 @@ struct Viewport : Container {
         type.field<&Viewport::shadowColor>("shadowColor");
         type.field<&Viewport::lightNodes>("lightNodes");
         type.field<&Viewport::excludeNodes>("excludeNodes");
+        type.field<&Viewport::qualityMode>("qualityMode");
+        type.field<&Viewport::range>("range");
+        type.field<&Viewport::maxSideAngle>("maxSideAngle");
+        type.field<&Viewport::lispFactor>("lispFactor");
+        type.field<&Viewport::filteredMap>("filteredMap");
+        type.field<&Viewport::filterWidth>("filterWidth");
+        type.field<&Viewport::filterMetres>("filterMetres");
+        type.field<&Viewport::samplesPerRow>("samplesPerRow");
+        type.field<&Viewport::blockerSamples>("blockerSamples");
+        type.field<&Viewport::filterSamples>("filterSamples");
+        type.field<&Viewport::lightSize>("lightSize");
+        type.field<&Viewport::maxPenumbra>("maxPenumbra");
+        type.field<&Viewport::hardwareFilter>("hardwareFilter");
+        type.field<&Viewport::reuseMaps>("reuseMaps");
     }
 };
 

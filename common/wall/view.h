@@ -26,19 +26,49 @@ enum class Layer : std::uint32_t {
     LightFactors = 32,  // one channel per light of the plan: the share of its light that arrives
 };
 
-// The fit of one light's shadow map, computed on the client in double over everything any tile or eye sees, so that all
-// servers build the same map.
+// How a map of a light is laid out. A light has one map, or six, or two: part tells them apart.
+//   Single:     one projective map.
+//   CubeFace:   all around a point; part 0..5 looks along +x, -x, +y, -y, +z, -z of the world.
+//   Hemisphere: all around a point by two paraboloids (Brabec et al. 2002); part 0 looks along the light's -z, 1 along +z.
+enum class ShadowShape : std::uint32_t { Single, CubeFace, Hemisphere };
+
+// How a map is filtered (modules PCF and PPCF).
+struct ShadowFilter {
+    float widthTexels = 0.0f;             // of the filter, side to side
+    float widthMetres = 0.0f;             // where positive, this width instead
+    std::uint32_t samplesPerRow = 0;      // PCF: at most so many samples along each side; 0: as many as texels
+    std::uint32_t blockerSamples = 0;     // PPCF: along each side of the search for blockers
+    std::uint32_t filterSamples = 0;      // PPCF: along each side of the filter, at most
+    float lightSize = 0.0f;               // PPCF: metres across; of a directional light: metres of penumbra per metre
+    float maxTexels = 0.0f;               // PPCF: no penumbra is wider
+    friend bool operator==(const ShadowFilter&, const ShadowFilter&) = default;
+};
+
+// The fit of one light's shadow for one module, computed on the client in double over everything any tile or eye sees,
+// so that all servers build the same map. Modules without a map (volumes, planar) use the light's place and nothing of
+// the map.
+//
+// A map's clip space: x and y of [-w, w] fill the map. w may vary over the map (a warp: LISP, trapezoid, PSM): for a
+// directional light it depends on the place across the light only, for a perspective one on the direction from it, so
+// that a ray of light stays one point of the map. z is never warped: z over w of the same light's unwarped map is the
+// depth, in [0, 1], 1 nearest the light; linear in metres for a directional light.
 struct ShadowFit {
     ContainerId light;
-    ShadowMode mode = ShadowMode::None;
-    std::uint32_t mapSize = 0;            // texels along each side
-    bool perspective = false;             // a spot light's map: depth is not linear
-    glm::dmat4 clipFromWorld{1.0};        // xy in [-1,1], reversed depth z in [0,1] (1 nearest the light)
-    double texelSize = 0.0;               // metres covered by a texel (directional), at unit distance (perspective)
-    double depthRange = 0.0;              // metres between depth 1 and depth 0 (directional)
+    ShadowMode mode = ShadowMode::None;   // the module
+    ShadowShape shape = ShadowShape::Single;
+    std::uint32_t part = 0;
+    std::uint32_t mapSize = 0;            // texels along each side; 0: no map
+    bool perspective = false;             // the light stands somewhere: depth is not linear
+    glm::dmat3 worldFromLight{1.0};       // the light's axes, orthonormal; it shines along -z
+    glm::dvec3 positionWorld{0.0};        // metres; of a perspective light
+    glm::dmat4 clipFromWorld{1.0};
+    double texelSize = 0.0;               // metres covered by a texel (directional), at unit distance (perspective);
+                                          // under a warp: of the largest texel
+    double depthRange = 0.0;              // metres between depth 1 and depth 0
     float constantBias = 0.0f;            // in texels along the light's direction
     float slopeBias = 0.0f;               // polygon-offset factor
     float normalOffset = 0.0f;            // in texels along the geometric normal
+    ShadowFilter filter;
 };
 
 // One eye's look through one viewport: what used to be a camera, with everything resolved.

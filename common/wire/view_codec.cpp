@@ -10,7 +10,7 @@ constexpr std::size_t kMaxFits = 1024;
 constexpr std::int32_t kMaxPixels = 1 << 24;
 constexpr std::uint32_t kAllLayers = static_cast<std::uint32_t>(Layer::LightFactors) * 2 - 1;
 // The smallest encodings, for refusing counts before anything is reserved.
-constexpr std::size_t kMinFitBytes = 8 + 1 + 1 + 1 + 128 + 16 + 12;
+constexpr std::size_t kMinFitBytes = 8 + 1 + 1 + 1 + 1 + 1 + 72 + 24 + 128 + 16 + 12 + 8 + 3 + 8;
 constexpr std::size_t kMinViewBytes = 8 + 1 + 4 + 24 + 72 + 128 + 8 + 1 + 1;
 
 template <class Matrix>
@@ -34,28 +34,51 @@ std::int32_t readPixels(Reader& reader) {
 void writeFit(Writer& writer, const ShadowFit& fit) {
     writer.u64(fit.light.value);
     writer.varint(static_cast<std::uint32_t>(fit.mode));
+    writer.varint(static_cast<std::uint32_t>(fit.shape));
+    writer.varint(fit.part);
     writer.varint(fit.mapSize);
     writer.u8(fit.perspective ? 1 : 0);
+    writeMatrix(writer, fit.worldFromLight);
+    for (int i = 0; i < 3; ++i) writer.f64(fit.positionWorld[i]);
     writeMatrix(writer, fit.clipFromWorld);
     writer.f64(fit.texelSize);
     writer.f64(fit.depthRange);
     writer.f32(fit.constantBias);
     writer.f32(fit.slopeBias);
     writer.f32(fit.normalOffset);
+    writer.f32(fit.filter.widthTexels);
+    writer.f32(fit.filter.widthMetres);
+    writer.varint(fit.filter.samplesPerRow);
+    writer.varint(fit.filter.blockerSamples);
+    writer.varint(fit.filter.filterSamples);
+    writer.f32(fit.filter.lightSize);
+    writer.f32(fit.filter.maxTexels);
 }
 
 ShadowFit readFit(Reader& reader) {
     ShadowFit fit;
     fit.light.value = reader.u64();
     fit.mode = static_cast<ShadowMode>(reader.bounded(kEnumCount<ShadowMode> - 1, "unknown shadow mode"));
+    fit.shape = static_cast<ShadowShape>(reader.bounded(2, "unknown shape of a shadow map"));
+    fit.part = static_cast<std::uint32_t>(reader.bounded(5, "a shadow map has no such part"));
     fit.mapSize = static_cast<std::uint32_t>(reader.bounded(1 << 16, "the shadow map is too large"));
     fit.perspective = reader.boolean();
+    fit.worldFromLight = readMatrix<glm::dmat3>(reader);
+    for (int i = 0; i < 3; ++i) fit.positionWorld[i] = reader.finiteF64();
     fit.clipFromWorld = readMatrix<glm::dmat4>(reader);
     fit.texelSize = reader.finiteF64();
     fit.depthRange = reader.finiteF64();
     fit.constantBias = reader.finiteF32();
     fit.slopeBias = reader.finiteF32();
     fit.normalOffset = reader.finiteF32();
+    const auto samples = [&] { return static_cast<std::uint32_t>(reader.bounded(64, "too many shadow samples")); };
+    fit.filter.widthTexels = reader.finiteF32();
+    fit.filter.widthMetres = reader.finiteF32();
+    fit.filter.samplesPerRow = samples();
+    fit.filter.blockerSamples = samples();
+    fit.filter.filterSamples = samples();
+    fit.filter.lightSize = reader.finiteF32();
+    fit.filter.maxTexels = reader.finiteF32();
     return fit;
 }
 

@@ -1,5 +1,7 @@
 #include "server/draw/caster_mask.h"
 
+#include "server/shadow/map_module.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -53,11 +55,14 @@ std::pair<double, double> rangeInBand(std::span<const glm::dvec2> hull, double b
 
 }  // namespace
 
-CasterMask::CasterMask(const glm::dmat4& lightClipFromRelative, std::uint32_t mapSize, double dilationTexels)
-    : _clipFromRelative(lightClipFromRelative),
-      _mapSize(mapSize),
-      _dilation(dilationTexels * kCells / mapSize),
-      _farthest(static_cast<std::size_t>(kCells) * kCells, kUnmarked) {}
+CasterMask::CasterMask(const ShadowFit& fit, const glm::dvec3& eyeWorld)
+    : _clipFromRelative(fit.clipFromWorld * glm::translate(glm::dmat4(1.0), eyeWorld)),
+      _mapSize(fit.mapSize),
+      _dilation(lookupReach(fit) * kCells / fit.mapSize),
+      _farthest(static_cast<std::size_t>(kCells) * kCells, kUnmarked) {
+    const glm::dmat3 acrossFromMap = umbriel::acrossFromMap(fit, fit.perspective ? fit.positionWorld : eyeWorld);
+    _unwarp = {acrossFromMap[0][2], acrossFromMap[1][2], acrossFromMap[2][2]};
+}
 
 CasterMask::Footprint CasterMask::footprintOf(std::span<const glm::dvec3> pointsRelative) const {
     Footprint footprint;
@@ -71,10 +76,11 @@ CasterMask::Footprint CasterMask::footprintOf(std::span<const glm::dvec3> points
             ++behind;
             continue;
         }
-        const double depth = clip.z / clip.w;
+        const glm::dvec2 place = glm::dvec2(clip) / clip.w;
+        const double depth = clip.z / clip.w / glm::dot(_unwarp, glm::dvec3(place, 1.0));
         footprint.nearest = std::max(footprint.nearest, depth);
         footprint.farthest = std::min(footprint.farthest, depth);
-        footprint.points.push_back((glm::dvec2(clip) / clip.w * 0.5 + 0.5) * double{kCells});
+        footprint.points.push_back((place * 0.5 + 0.5) * double{kCells});
     }
     using Kind = Footprint::Kind;
     footprint.kind = behind == 0 ? Kind::Projected : behind == pointsRelative.size() ? Kind::Nothing : Kind::Everything;

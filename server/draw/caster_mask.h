@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "server/draw/culling.h"
+#include "server/shadow/shadow_module.h"
 
 namespace umbriel {
 
@@ -13,9 +14,7 @@ class CasterMask {
  public:
     static constexpr int kCells = 512;  // along each side of the map
 
-    // dilationTexels: how far, along an axis of the map, the texel centre that a point is compared with may lie from
-    // it.
-    CasterMask(const glm::dmat4& lightClipFromRelative, std::uint32_t mapSize, double dilationTexels);
+    CasterMask(const ShadowFit& fit, const glm::dvec3& eyeWorld);
 
     // A box that is visible in the tile, placed by relativeFromObject; of a box that is only partly inside the tile's
     // frustum the inner part counts.
@@ -39,6 +38,7 @@ class CasterMask {
     void visitCells(const Footprint& footprint, double dilation, Visit&& visit) const;
 
     glm::dmat4 _clipFromRelative;
+    glm::dvec3 _unwarp;            // undistorted depth = z / w / dot(unwarp, (x, y, 1))
     std::uint32_t _mapSize;
     double _dilation;              // cells
     std::vector<float> _farthest;  // reversed depth of the farthest receiver by cell; 2: none

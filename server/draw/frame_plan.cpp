@@ -49,6 +49,7 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_LIGHT_AMBIENT", "light-ambient"},
     {"FEATURE_LIGHT_HIGHLIGHTS", "light-highlights"},
     {"FEATURE_SHADOWS", "shadows"},
+    {"FEATURE_SHADOW_WARP", "warped-maps"},
 };
 
 const char* nameOf(PassKind kind) {
@@ -158,9 +159,12 @@ class Planner {
         std::uint32_t largest = 0;
         for (std::uint32_t i = 0; i < demand.shadows.size(); ++i) {
             const ViewDemand::Shadow& shadow = demand.shadows[i];
-            largest = std::max(largest, shadow.mapSize);
+            const ShadowDemand& wanted = shadow.demand;
+            if (wanted.mapTexels == 0) continue;
+            largest = std::max(largest, wanted.mapTexels);
             add({PassKind::ShadowMap, view, i, 0, fmt::format("shadow maps {}", view),
-                 fmt::format("{}: standard, {} texels, {} casters{}", shadow.light, shadow.mapSize, shadow.casters,
+                 fmt::format("{}: {}{}{}, {} texels, {} casters{}", shadow.light, wanted.module,
+                             wanted.part.empty() ? "" : " ", wanted.part, wanted.mapTexels, shadow.casters,
                              shadow.maskedCasters ? fmt::format(" ({} cut out)", shadow.maskedCasters) : "")});
         }
         if (largest > 0)

@@ -8,6 +8,7 @@
 
 #include "common/base/result.h"
 #include "common/wall/view.h"
+#include "server/shadow/shadow_module.h"
 
 namespace umbriel {
 
@@ -50,7 +51,8 @@ enum class Feature : std::uint32_t {
     ArtistAttenuation,  // beside 1/d^2
     LightAmbient,       // lights that add to the ambient light
     LightHighlights,    // lights whose highlights have a colour of their own
-    Shadows,
+    Shadows,  // from here on, those of ShadowFeature, in its order
+    ShadowWarp,
     Count
 };
 inline constexpr std::uint32_t kFeatureCount = static_cast<std::uint32_t>(Feature::Count);
@@ -62,6 +64,12 @@ constexpr FeatureSet bit(Feature feature) {
 }
 constexpr bool has(FeatureSet set, Feature feature) {
     return (set & bit(feature)) != 0;
+}
+
+static_assert(kFeatureCount ==
+              static_cast<std::uint32_t>(Feature::Shadows) + static_cast<std::uint32_t>(ShadowFeature::Count));
+constexpr FeatureSet featuresOf(ShadowFeatureSet shadows) {
+    return FeatureSet{shadows} << static_cast<std::uint32_t>(Feature::Shadows);
 }
 
 // The `#define` of a feature in shaders/stage, for example "FEATURE_ALPHA_MASK".
@@ -92,7 +100,7 @@ struct ViewDemand {
     Deformed deformed;
     struct Shadow {
         std::string light;
-        std::uint32_t mapSize = 0;
+        ShadowDemand demand;
         std::uint32_t casters = 0;        // draw items
         std::uint32_t maskedCasters = 0;  // of these, cut out by a texture
     };

@@ -123,10 +123,6 @@ bool placeWeb(const Aspect& scene, ContainerId id, gpu::GpuLight& light, LightLi
     return true;
 }
 
-glm::vec3 rowDirection(const glm::dmat4& matrix, int row) {
-    return unitOr({matrix[0][row], matrix[1][row], matrix[2][row]}, row == 0 ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0));
-}
-
 }  // namespace
 
 LightList listLights(const Aspect& scene, const SceneTree& tree, const View& view, const Viewport* viewport) {
@@ -137,7 +133,7 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
             if (viewport->lightNodes[i].id == node) return true;
         return false;
     };
-    const bool shadowsOn = viewport && viewport->shadowOn.get() && viewport->shadowMode.get() == ShadowMode::Standard;
+    const bool shadowsOn = viewport && viewport->shadowOn.get() && viewport->shadowMode.get() != ShadowMode::None;
     std::vector<std::int32_t> listed(tree.lights().size(), -1);
     std::vector<glm::vec3> ambient(tree.lights().size(), glm::vec3(0.0f));
     std::vector<FeatureSet> features(tree.lights().size(), 0);
@@ -159,28 +155,19 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
             continue;
         features[i] = described->features;
         described->light.index = static_cast<std::uint32_t>(list.lights.size());
-        const auto fit = std::find_if(view.fits.begin(), view.fits.end(), [&](const ShadowFit& candidate) {
-            return candidate.mode == ShadowMode::Standard && candidate.mapSize > 0 &&
-                   (candidate.light == source.light || candidate.light == source.node);
-        });
-        if (shadowsOn && described->castsShadow && fit != view.fits.end()) {
-            gpu::GpuStandardShadow shadow{};
-            const glm::dmat4 clipFromRelative = fit->clipFromWorld * glm::translate(glm::dmat4(1.0), view.eyeWorld);
-            shadow.clipFromRelative = glm::mat4(clipFromRelative);
-            shadow.axisX = rowDirection(clipFromRelative, 0);
-            shadow.axisY = rowDirection(clipFromRelative, 1);
-            shadow.texelSize = static_cast<float>(fit->texelSize);
-            shadow.mapSize = static_cast<float>(fit->mapSize);
-            shadow.constantBias = fit->constantBias;
-            shadow.normalOffset = fit->normalOffset;
-            shadow.isPerspective = fit->perspective ? 1.0f : 0.0f;
-            shadow.layer = static_cast<float>(list.shadows.size());
-            described->light.shadowIndex = static_cast<std::int32_t>(list.shadows.size());
-            list.shadows.push_back(shadow);
-            list.fits.push_back(&*fit);
-            list.shadowLights.push_back(described->light.index);
-            features[i] |= bit(Feature::Shadows);
-        }
+        if (shadowsOn && described->castsShadow)
+            for (const ShadowFit& fit : view.fits) {
+                const ShadowModule* module = shadowModule(fit.mode);
+                if (!module || fit.mapSize == 0 || (fit.light != source.light && fit.light != source.node)) continue;
+                gpu::GpuShadow shadow = module->describe(fit, view.eyeWorld);
+                shadow.layer = static_cast<float>(list.shadows.size());
+                if (described->light.shadowIndex < 0)
+                    described->light.shadowIndex = static_cast<std::int32_t>(list.shadows.size());
+                list.shadows.push_back(shadow);
+                list.fits.push_back(&fit);
+                list.shadowLights.push_back(described->light.index);
+                features[i] |= featuresOf(module->features(fit));
+            }
         listed[i] = static_cast<std::int32_t>(described->light.index);
         list.lights.push_back(described->light);
         list.nodes.push_back(source.node);

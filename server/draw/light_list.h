@@ -7,6 +7,7 @@
 #include "common/wall/view.h"
 #include "server/draw/frame_plan.h"
 #include "server/draw/scene_tree.h"
+#include "server/shadow/shadow_module.h"
 #include "shaders/structs_cpp.h"
 
 namespace umbriel {
@@ -26,13 +27,13 @@ struct LightList {
     std::vector<std::uint32_t> indices;
     std::vector<Run> runs;  // by SceneTree::Item::lightSet
     std::vector<float> webs;  // the tables of goniometric lights, one after the other
-    std::vector<gpu::GpuStandardShadow> shadows;
+    std::vector<gpu::GpuShadow> shadows;      // those of a light with several parts follow each other
     std::vector<const ShadowFit*> fits;       // of each shadow; borrowed from the view
     std::vector<std::uint32_t> shadowLights;  // the light of each shadow
 };
 
 // Lights that are off, invisible or not among the viewport's lightNodes are left out. A light casts shadows when it
-// may, the viewport's shadows are on in the standard mode, and the view brings a fit for it.
+// may, the viewport's shadows are on, and the view brings a fit for it, of a module that this server has.
 LightList listLights(const Aspect& scene, const SceneTree& tree, const View& view, const Viewport* viewport);
 
 }  // namespace umbriel

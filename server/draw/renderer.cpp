@@ -41,7 +41,8 @@ ViewDemand demandOf(const Aspect& scene, const ViewScene& view) {
     for (std::size_t i = 0; i < view.lights.fits.size(); ++i) {
         ViewDemand::Shadow shadow;
         shadow.light = view.lights.names[view.lights.shadowLights[i]];
-        shadow.mapSize = view.lights.fits[i]->mapSize;
+        const ShadowFit& fit = *view.lights.fits[i];
+        shadow.demand = shadowModule(fit.mode)->demand(fit);
         for (const SurfaceItem& item : view.items) {
             if (!item.castsShadow) continue;
             ++shadow.casters;
@@ -162,7 +163,7 @@ class SceneRenderer final : public Renderer {
         _shadowMaps.resize(demands.size());
         for (std::size_t i = 0; i < demands.size(); ++i) {
             std::uint32_t mapSize = 0;
-            for (const ViewDemand::Shadow& shadow : demands[i].shadows) mapSize = std::max(mapSize, shadow.mapSize);
+            for (const ViewDemand::Shadow& shadow : demands[i].shadows) mapSize = std::max(mapSize, shadow.demand.mapTexels);
             if (mapSize == 0) {
                 _shadowMaps[i] = {};
                 continue;
@@ -179,7 +180,7 @@ class SceneRenderer final : public Renderer {
     ShaderLibrary _shaders;
     TileTargets _targets;
     TilePainter _painter;
-    std::deque<StandardShadowMaps> _shadowMaps;  // by view
+    std::deque<ShadowMaps> _shadowMaps;  // by view
     std::vector<ContainerId> _lightNodes;
     std::vector<std::string> _lightNames;
     std::vector<TileAssignment> _tiles;

@@ -9,12 +9,6 @@ namespace {
 constexpr GLuint kFrameBinding = 0;
 // What is drawn exceeds what is shown by this: coordinates are rounded to 1/256 pixel, matrices to float.
 constexpr double kMarginPixels = 1.0;
-// How far a shadow lookup may lie from the surface, in texels along an axis of the map: the normal offset moves it by
-// at most (|nx| + |ny|) |nx| <= (1 + sqrt(2)) / 2 times its setting, the nearest texel's centre is half a texel away,
-// and 0.1 covers rounding.
-constexpr double kNormalOffsetReach = 1.2072;
-constexpr double kTexelReach = 0.6;
-
 // As the block in shaders/snippet/frame.glsl.
 struct FrameBlock {
     glm::mat4 clipFromRelative;
@@ -135,14 +129,10 @@ Result<void> TilePainter::drawEntries(const ViewPainting& painting, const DrawLi
     return {};
 }
 
-Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& painting, std::uint32_t shadow) {
-    const ShadowFit& fit = *painting.scene.lights.fits[shadow];
-    const CasterMask& mask = painting.masks[shadow];
-    if (mask.empty()) return {};
-    const DrawList casters = listCasters(painting.scene, mask);
-    painting.shadowMaps->begin(shadow, fit, mask.texels());
+Result<void> TilePainter::drawCasters(const Aspect& scene, const ViewPainting& painting, const DrawList& casters,
+                                      const CasterStage& stage) {
     const glm::dmat4 clipFromRelative =
-        fit.clipFromWorld * glm::translate(glm::dmat4(1.0), painting.scene.view->eyeWorld);
+        stage.clipFromWorld * glm::translate(glm::dmat4(1.0), painting.scene.view->eyeWorld);
     const std::uint64_t before = _counts.triangles;
     const gl::Program* current = nullptr;
     const GpuMaterial* material = nullptr;
@@ -157,9 +147,25 @@ Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& paint
             material = item.material;
             return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());
         });
-    painting.shadowMaps->end();
     _counts.shadowTriangles += _counts.triangles - before;
     return drawn;
+}
+
+Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& painting, std::uint32_t shadow) {
+    const CasterMask& mask = painting.masks[shadow];
+    if (mask.empty()) return {};
+    class Casters final : public ShadowCasters {
+     public:
+        explicit Casters(std::function<Result<void>(const CasterStage&)> paint) : _paint(std::move(paint)) {}
+        Result<void> draw(const CasterStage& stage) override { return _paint(stage); }
+
+     private:
+        std::function<Result<void>(const CasterStage&)> _paint;
+    };
+    const DrawList list = listCasters(painting.scene, mask);
+    Casters casters([&](const CasterStage& stage) { return drawCasters(scene, painting, list, stage); });
+    const ShadowFit& fit = *painting.scene.lights.fits[shadow];
+    return shadowModule(fit.mode)->draw(fit, *painting.shadowMaps, shadow, mask.texels(), casters);
 }
 
 Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painting, bool blended) {
@@ -368,8 +374,7 @@ Result<void> TilePainter::paintShadows(const Aspect& scene, const FramePlan& pla
         const std::int32_t reach = plan.reachOf(i);
         const PixelRect grown{tile.x - reach, tile.y - reach, tile.width + 2 * reach, tile.height + 2 * reach};
         for (const ShadowFit* fit : painting.scene.lights.fits)
-            painting.masks.emplace_back(fit->clipFromWorld * glm::translate(glm::dmat4(1.0), view.eyeWorld),
-                                        fit->mapSize, kNormalOffsetReach * std::abs(fit->normalOffset) + kTexelReach);
+            painting.masks.emplace_back(*fit, view.eyeWorld);
         markReceivers(painting.scene, tileFrustum(view, intersect(grown, view.region), kMarginPixels), painting.masks);
     }
     for (const PlannedPass& pass : plan.passes) {

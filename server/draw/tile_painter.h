@@ -12,7 +12,7 @@
 #include "server/draw/shader_library.h"
 #include "server/draw/text_font.h"
 #include "server/draw/tile_target.h"
-#include "server/shadow/standard_shadow_map.h"
+#include "server/shadow/shadow_maps.h"
 
 namespace umbriel {
 
@@ -30,7 +30,7 @@ class StreamBuffer {
 // One view while its tiles are drawn.
 struct ViewPainting {
     ViewScene scene;
-    StandardShadowMaps* shadowMaps = nullptr;
+    ShadowMaps* shadowMaps = nullptr;
     std::vector<CasterMask> masks;  // by shadow, for the tile at hand
     // For the part of the tile at hand.
     DrawList visible;
@@ -63,6 +63,8 @@ class TilePainter {
     Result<void> paintPart(const Aspect& scene, const WallViews& wall, const FramePlan& plan,
                            std::span<ViewPainting> views, Eye eye, const PixelRect& part, const PixelRect& block);
     Result<void> drawShadowMap(const Aspect& scene, ViewPainting& view, std::uint32_t shadow);
+    Result<void> drawCasters(const Aspect& scene, const ViewPainting& view, const DrawList& casters,
+                             const CasterStage& stage);
     Result<void> drawBackground(const Aspect& scene, ViewPainting& view);
     Result<void> drawForegrounds(const Aspect& scene, ViewPainting& view);
     // Opaque or blended items into the colour image.

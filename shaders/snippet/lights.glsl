@@ -1,7 +1,7 @@
 #include "formula/attenuation.glsl"
 #include "formula/light.glsl"
-#include "snippet/standard_shadow.glsl"
 #include "snippet/photometric_web.glsl"
+#include "snippet/shadow.glsl"
 #include "structs/light.glsl"
 
 // Positions are eye-relative world.
@@ -9,11 +9,6 @@ layout(std430, binding = 0) readonly buffer Lights { GpuLight lights[]; };
 // Which lights reach a draw item: a run of this list.
 layout(std430, binding = 1) readonly buffer LightLists { uint lightList[]; };
 layout(location = 2) uniform uvec2 lightRun;  // first, count
-
-#ifdef FEATURE_SHADOWS
-layout(std430, binding = 2) readonly buffer Shadows { GpuStandardShadow shadows[]; };
-layout(binding = 6) uniform sampler2DArray shadowMaps;
-#endif
 
 // The share that is left of a light after `meters`.
 float fadeOf(GpuLight light, float meters, float distanceSquared) {
@@ -67,7 +62,7 @@ vec3 irradianceFrom(GpuLight light, vec3 relative, out vec3 toLight) {
 float shadowFactor(GpuLight light, vec3 relative, vec3 faceNormal, vec3 toLight) {
 #ifdef FEATURE_SHADOWS
     if (light.shadowIndex >= 0)
-        return standardShadow(shadowMaps, shadows[light.shadowIndex], relative, faceNormal, toLight);
+        return shadowFactor(uint(light.shadowIndex), relative, faceNormal, toLight);
 #endif
     return 1.0;
 }

@@ -218,6 +218,7 @@ class DrawTest : public ::testing::Test {
         fit.mode = ShadowMode::Standard;
         fit.mapSize = mapSize;
         const glm::dmat3 worldFromLight(lookingAlong(glm::vec3(travels)));
+        fit.worldFromLight = worldFromLight;
         glm::dmat4 lightFromWorld(glm::transpose(worldFromLight));
         lightFromWorld = lightFromWorld * glm::translate(glm::dmat4(1.0), -middle);
         glm::dmat4 clipFromLight(1.0);

@@ -89,7 +89,8 @@ TEST_F(ShadowTest, ASpotLightCastsAPerspectiveShadow) {
     clipFromLight[0][0] = clipFromLight[1][1] = f;
     clipFromLight[2][3] = -1.0;
     clipFromLight[3][2] = near;
-    fit.clipFromWorld = clipFromLight * glm::translate(glm::dmat4(1.0), glm::dvec3(0, 0, -4));
+    fit.positionWorld = {0, 0, 4};
+    fit.clipFromWorld = clipFromLight * glm::translate(glm::dmat4(1.0), -fit.positionWorld);
     fit.texelSize = 2 / f / 512;
     fit.normalOffset = 0.5f;
     view.fits = {fit};

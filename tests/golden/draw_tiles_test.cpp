@@ -78,8 +78,10 @@ class TilesTest : public DrawTest {
         clipFromLight[0][0] = clipFromLight[1][1] = f;
         clipFromLight[2][3] = -1.0;
         clipFromLight[3][2] = 0.1;
-        spotFit.clipFromWorld = clipFromLight * glm::dmat4(glm::transpose(glm::dmat3(lookingAlong({0.01f, -1, 0})))) *
-                                glm::translate(glm::dmat4(1.0), glm::dvec3(0, -5, 0));
+        spotFit.worldFromLight = glm::dmat3(lookingAlong({0.01f, -1, 0}));
+        spotFit.positionWorld = {0, 5, 0};
+        spotFit.clipFromWorld = clipFromLight * glm::dmat4(glm::transpose(spotFit.worldFromLight)) *
+                                glm::translate(glm::dmat4(1.0), -spotFit.positionWorld);
         spotFit.texelSize = 2 / f / 300;
         spotFit.normalOffset = 0.5f;
         view.fits = {fitSphere(sun.id, travels, {0, 0, 0}, 14, 700), spotFit};

@@ -79,6 +79,16 @@ TEST(Culling, AnEmptyBoxIsOutside) {
     EXPECT_EQ(frustum.classify(Box{}), Overlap::Outside);
 }
 
+ShadowFit fitOf(const glm::dmat4& clipFromWorld, const glm::dmat3& worldFromLight, std::uint32_t mapSize) {
+    ShadowFit fit;
+    fit.mode = ShadowMode::Standard;
+    fit.clipFromWorld = clipFromWorld;
+    fit.worldFromLight = worldFromLight;
+    fit.mapSize = mapSize;
+    fit.normalOffset = 0.35f;
+    return fit;
+}
+
 // A caster that shades a visible point of a receiver is drawn, whatever the boxes, tile and light.
 RC_GTEST_PROP(CasterMask, ACasterOfAVisiblePointIsKept, ()) {
     const View view = viewOf({640, 360});
@@ -91,7 +101,8 @@ RC_GTEST_PROP(CasterMask, ACasterOfAVisiblePointIsKept, ()) {
     clipFromLight[0][0] = clipFromLight[1][1] = 1.0 / 12;
     clipFromLight[2][2] = 1.0 / 40;
     clipFromLight[3][2] = 1.0;  // z from 0 at -40 to 1 at the light
-    CasterMask mask(clipFromLight * lightFromRelative, 1024, 1.0);
+    CasterMask mask(fitOf(clipFromLight * lightFromRelative, glm::transpose(glm::dmat3(lightFromRelative)), 1024),
+                    glm::dvec3(0.0));
     // A point seen through the tile, somewhere in a box.
     const glm::dmat4 relativeFromClip = glm::inverse(clipFromRelativeOf(view));
     const double x = (tile.x + 0.5) / 640 * 2 - 1;
@@ -122,7 +133,7 @@ TEST(CasterMask, WhatLiesBehindOrBesideTheReceiversCastsNothing) {
     clip[2][1] = -0.05;
     clip[1][2] = 0.05;
     clip[3] = {0, 0, 0.5, 1};
-    CasterMask mask(clip, 512, 1.0);
+    CasterMask mask(fitOf(clip, glm::dmat3(1, 0, 0, 0, 0, -1, 0, 1, 0), 512), glm::dvec3(0.0));
     EXPECT_TRUE(mask.empty());
     Box receiver;
     receiver.add(glm::vec3(-6, -4, -8));

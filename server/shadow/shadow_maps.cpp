@@ -1,10 +1,10 @@
-#include "server/shadow/standard_shadow_map.h"
+#include "server/shadow/shadow_maps.h"
 
 #include <fmt/format.h>
 
 namespace umbriel {
 
-Result<void> StandardShadowMaps::reserve(std::uint32_t mapSize, std::uint32_t layers) {
+Result<void> ShadowMaps::reserve(std::uint32_t mapSize, std::uint32_t layers) {
     if (mapSize == _mapSize && layers <= _framebuffers.size()) return {};
     GLint maxSize = 0;
     GLint maxLayers = 0;
@@ -40,7 +40,7 @@ Result<void> StandardShadowMaps::reserve(std::uint32_t mapSize, std::uint32_t la
     return {};
 }
 
-void StandardShadowMaps::begin(std::uint32_t layer, const ShadowFit& fit, const PixelRect& texels) {
+void ShadowMaps::begin(std::uint32_t layer, const ShadowFit& fit, const PixelRect& texels) {
     glBindFramebuffer(GL_FRAMEBUFFER, _framebuffers[layer].id());
     const auto side = static_cast<GLsizei>(fit.mapSize);
     glViewport(0, 0, side, side);
@@ -65,12 +65,12 @@ void StandardShadowMaps::begin(std::uint32_t layer, const ShadowFit& fit, const 
     }
 }
 
-void StandardShadowMaps::end() {
+void ShadowMaps::end() {
     glDisable(GL_DEPTH_CLAMP);
     glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
-void StandardShadowMaps::bind(GLuint unit) const {
+void ShadowMaps::bind(GLuint unit) const {
     glBindTextureUnit(unit, _texture.id());
 }
 

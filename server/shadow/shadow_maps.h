@@ -10,9 +10,9 @@
 
 namespace umbriel {
 
-// The depth maps of one view's lights, a layer each (Williams 1978): D32F, reversed (1 nearest the light, 0 at the far
-// end and where nothing casts). Drawn with the light's own matrix, sampled by shaders/snippet/standard_shadow.glsl.
-class StandardShadowMaps {
+// The depth maps of one view, a layer for each fit: D32F, reversed (1 nearest the light, 0 at the far
+// end and where nothing casts). Read by shaders/snippet/shadow.glsl.
+class ShadowMaps {
  public:
     // Makes room for that many maps. Errors: the driver's limits, out of memory.
     Result<void> reserve(std::uint32_t mapSize, std::uint32_t layers);

@@ -1,0 +1,128 @@
+#include "server/shadow/map_module.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/shadow/shadow_maps.h"
+
+namespace umbriel {
+namespace {
+
+glm::dvec4 rowOf(const glm::dmat4& matrix, int row) {
+    return {matrix[0][row], matrix[1][row], matrix[2][row], matrix[3][row]};
+}
+
+}  // namespace
+
+glm::dmat3 acrossFromMap(const ShadowFit& fit, const glm::dvec3& originWorld) {
+    // Row i of the map's clip space as a function of (tx, ty, 1): along the light it is constant (directional) or
+    // proportional to the distance (perspective).
+    glm::dmat3 mapFromAcross;
+    const int rows[] = {0, 1, 3};
+    for (int i = 0; i < 3; ++i) {
+        const glm::dvec4 row = rowOf(fit.clipFromWorld, rows[i]);
+        const glm::dvec3 gradient(row);
+        mapFromAcross[0][i] = glm::dot(gradient, fit.worldFromLight[0]);
+        mapFromAcross[1][i] = glm::dot(gradient, fit.worldFromLight[1]);
+        mapFromAcross[2][i] = fit.perspective ? -glm::dot(gradient, fit.worldFromLight[2])
+                                              : glm::dot(gradient, originWorld) + row.w;
+    }
+    return glm::inverse(mapFromAcross);
+}
+
+bool isWarped(const ShadowFit& fit) {
+    const glm::dvec3 gradient(rowOf(fit.clipFromWorld, 3));
+    const glm::dvec2 across(glm::dot(gradient, fit.worldFromLight[0]), glm::dot(gradient, fit.worldFromLight[1]));
+    // Rotations are exact to a few units in the last place.
+    const double unwarped = fit.perspective ? 1.0 : 0.0;
+    return std::abs(across.x) + std::abs(across.y) > 1e-12 * unwarped;
+}
+
+double lookupReach(const ShadowFit& fit) {
+    // The nearest texel's centre is half a texel away; 0.1 covers rounding.
+    constexpr double kTexelReach = 0.6;
+    const double filterReach = 0.0;
+    const double offset = std::abs(fit.normalOffset) + filterReach;
+    // The offset moves along the normal n by offset * (|n.X| + |n.Y|), X and Y being the texel's sides; along the map's x
+    // that is at most offset * (|X| + |Y|) |x|, where x, the gradient of x in texels, has length 1 / (|X| sin(X, Y)).
+    const glm::dmat3 across = acrossFromMap(fit, fit.perspective ? fit.positionWorld : glm::dvec3(0.0));
+    double largest = 0.0;
+    // Shapes of texels change monotonically over the map but for turns of their sides, which 10 % cover.
+    constexpr int kSteps = 4;
+    for (int i = 0; i <= kSteps; ++i)
+        for (int k = 0; k <= kSteps; ++k) {
+            const glm::dvec3 map(2.0 * i / kSteps - 1.0, 2.0 * k / kSteps - 1.0, 1.0);
+            const glm::dvec3 t = across * map;
+            const glm::dvec2 x = glm::dvec2(across[0]) * t.z - glm::dvec2(t) * across[0].z;
+            const glm::dvec2 y = glm::dvec2(across[1]) * t.z - glm::dvec2(t) * across[1].z;
+            const double area = std::abs(x.x * y.y - x.y * y.x);
+            const double sum = glm::length(x) + glm::length(y);
+            largest = std::max(largest, sum * std::max(glm::length(x), glm::length(y)) / area);
+        }
+    // Of square texels the bound over all normals is (1 + sqrt(2)) / 2 instead of 2.
+    const double reach = isWarped(fit) ? 1.1 * largest : 0.60355339059327378 * largest;
+    return std::isfinite(reach) ? offset * std::min(reach, 1e6) + kTexelReach : 1e6;
+}
+
+ShadowFeatureSet MapModule::features(const ShadowFit& fit) const {
+    return bit(ShadowFeature::Maps) | _features | (isWarped(fit) ? bit(ShadowFeature::Warp) : 0);
+}
+
+ShadowDemand MapModule::demand(const ShadowFit& fit) const {
+    return {_name, "", fit.mapSize};
+}
+
+gpu::GpuShadow MapModule::describe(const ShadowFit& fit, const glm::dvec3& eyeWorld) const {
+    gpu::GpuShadow shadow{};
+    shadow.clipFromRelative = glm::mat4(fit.clipFromWorld * glm::translate(glm::dmat4(1.0), eyeWorld));
+    const glm::dvec3 originWorld = fit.perspective ? fit.positionWorld : eyeWorld;
+    const glm::dmat3 across = acrossFromMap(fit, originWorld);
+    const double perTexel = 2.0 / fit.mapSize;
+    const glm::dmat3& axes = fit.worldFromLight;
+    shadow.texelX = glm::vec3((axes[0] * across[0][0] + axes[1] * across[0][1]) * perTexel);
+    shadow.texelY = glm::vec3((axes[0] * across[1][0] + axes[1] * across[1][1]) * perTexel);
+    if (isWarped(fit)) {
+        shadow.warpX = static_cast<float>(across[0][2] * perTexel);
+        shadow.warpY = static_cast<float>(across[1][2] * perTexel);
+        shadow.unwarp = glm::vec3(across[0][2], across[1][2], across[2][2]);
+    } else {
+        shadow.unwarp = glm::vec3(0.0f, 0.0f, 1.0f);
+    }
+    shadow.axisZ = glm::vec3(axes[2]);
+    shadow.isPerspective = fit.perspective ? 1.0f : 0.0f;
+    shadow.origin = glm::vec3(originWorld - eyeWorld);
+    shadow.mapSize = static_cast<float>(fit.mapSize);
+    shadow.constantBias = fit.constantBias;
+    shadow.normalOffset = fit.normalOffset;
+    // The depth along the light's axis, from two points on it.
+    const glm::dvec4 depthRow = rowOf(fit.clipFromWorld, 2);
+    const double perMetre = glm::dot(glm::dvec3(depthRow), axes[2]);
+    if (fit.perspective) {
+        // z of the clip space is perMetre * (axial coordinate) + what it is at the light; w is minus that coordinate.
+        const double atLight = glm::dot(glm::dvec3(depthRow), fit.positionWorld) + depthRow.w;
+        shadow.depthScale = static_cast<float>(atLight);
+        shadow.depthOffset = static_cast<float>(perMetre);
+    } else {
+        shadow.depthScale = static_cast<float>(fit.depthRange);
+        shadow.depthOffset = static_cast<float>(fit.depthRange);
+    }
+    shadow.filterTexels = fit.filter.widthTexels;
+    shadow.filterMetres = fit.filter.widthMetres;
+    shadow.lightSize = fit.filter.lightSize;
+    shadow.maxTexels = fit.filter.maxTexels;
+    shadow.shape = static_cast<std::uint32_t>(fit.shape);
+    shadow.samplesPerRow = fit.filter.samplesPerRow;
+    shadow.blockerSamples = fit.filter.blockerSamples;
+    shadow.filterSamples = fit.filter.filterSamples;
+    return shadow;
+}
+
+Result<void> MapModule::draw(const ShadowFit& fit, ShadowMaps& maps, std::uint32_t layer, const PixelRect& texels,
+                             ShadowCasters& casters) const {
+    maps.begin(layer, fit, texels);
+    auto drawn = casters.draw({fit.clipFromWorld});
+    maps.end();
+    return drawn;
+}
+
+}  // namespace umbriel

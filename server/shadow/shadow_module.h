@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "common/base/result.h"
+#include "common/math/pixel_rect.h"
+#include "common/wall/view.h"
+#include "shaders/structs_cpp.h"
+
+namespace umbriel {
+
+class ShadowMaps;
+
+// What surface shaders must contain for a light's shadow; each is a `#define FEATURE_...` (Feature of
+// server/draw/frame_plan.h, in this order from Feature::Shadows on).
+enum class ShadowFeature : std::uint32_t {
+    Maps,  // shadow maps at all
+    Warp,  // some map's texels vary over the map
+    Count
+};
+using ShadowFeatureSet = std::uint32_t;  // a bit each
+constexpr ShadowFeatureSet bit(ShadowFeature feature) {
+    return ShadowFeatureSet{1} << static_cast<std::uint32_t>(feature);
+}
+
+// What one fit adds to the frame plan. Nothing of it exists for a module that no fit names.
+struct ShadowDemand {
+    std::string_view module;          // for people: "standard"
+    std::string_view part;            // of the light, for people: "", "face +x"
+    std::uint32_t mapTexels = 0;      // side of the fit's layer in the view's depth maps; 0: none, and no pass for it
+};
+
+// How casters are drawn in a pass: stage/caster.vert.glsl with these.
+struct CasterStage {
+    glm::dmat4 clipFromWorld{1.0};
+};
+
+// What a module asks for when it draws: the casters of the pass at hand. Implemented by the painter, which knows the
+// scene, what can be seen, and the shaders.
+class ShadowCasters {
+ public:
+    virtual ~ShadowCasters() = default;
+    // Draws every caster that can darken something visible, into the framebuffer and with the state that are bound.
+    virtual Result<void> draw(const CasterStage& stage) = 0;
+};
+
+// One way to make shadows. Modules have no state: what a pass draws into is given to it. All functions but draw() are
+// pure and run without GL.
+class ShadowModule {
+ public:
+    virtual ~ShadowModule() = default;
+
+    virtual ShadowFeatureSet features(const ShadowFit& fit) const = 0;
+    virtual ShadowDemand demand(const ShadowFit& fit) const = 0;
+    // What the shaders read about the fit, for a view with this eye; the caller sets the layer.
+    virtual gpu::GpuShadow describe(const ShadowFit& fit, const glm::dvec3& eyeWorld) const = 0;
+    // Fills the fit's layer; texels: what of it will be sampled.
+    virtual Result<void> draw(const ShadowFit& fit, ShadowMaps& maps, std::uint32_t layer, const PixelRect& texels,
+                              ShadowCasters& casters) const = 0;
+};
+
+// The module of a mode, living as long as the program; null for modes without one (none, or not in this version).
+const ShadowModule* shadowModule(ShadowMode mode);
+
+}  // namespace umbriel
