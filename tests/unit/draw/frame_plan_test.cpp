@@ -53,6 +53,10 @@ TEST_F(FramePlanTest, AFeatureAddsExactlyItsPass) {
     EXPECT_EQ(count(shadowed, PassKind::ShadowMap), 1u);
     EXPECT_EQ(shadowed.bytes - plain.bytes, 512u * 512u * 4u);
 
+    EXPECT_EQ(count(shadowed, PassKind::Deform), 0u);
+    demand.deformed.geometries = 2;
+    EXPECT_EQ(count(plan(), PassKind::Deform), 1u);
+    EXPECT_EQ(plan().passes.front().kind, PassKind::Deform) << "before what draws the vertices";
     demand.surfaces[bit(Feature::AlphaBlend)] = 1;
     EXPECT_EQ(count(plan(), PassKind::Blend), 1u);
     demand.background = BackgroundKind::Gradient;

@@ -35,7 +35,9 @@ class Corpus : public testing::Test {
 std::size_t trianglesBelow(const Aspect& scene, Ref<Node> root) {
     const Node& node = scene.get(root);
     std::size_t count = 0;
-    if (const auto* geometry = scene.findAs<Geometry>(node.core.get())) count += geometry->indices.size() / 3;
+    const auto* deformed = scene.findAs<DeformedGeometry>(node.core.get());
+    if (const auto* geometry = scene.findAs<Geometry>(deformed ? deformed->geometry.get().id : node.core.get().id))
+        count += geometry->indices.size() / 3;
     for (std::size_t i = 0; i < node.children.size(); ++i) count += trianglesBelow(scene, node.children[i]);
     return count;
 }

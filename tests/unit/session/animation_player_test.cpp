@@ -51,6 +51,31 @@ TEST_F(Player, LinearTranslationIsLinearHeldAtTheEndsAndLooped) {
     EXPECT_EQ(at(-2.5).translation.get(), glm::dvec3(2, -1, 0.5));
 }
 
+TEST_F(Player, MorphWeightsFollowTheirKeys) {
+    const auto morph = aspect.create<MorphWeights>();
+    aspect.edit(morph).assign<&MorphWeights::weights>({0.5f, 0.5f});
+    const auto weights = [&](double time) {
+        at(time);
+        return aspect.get(morph).weights.toVector();
+    };
+    const auto channel = add(AnimationPath::Weights, AnimationInterpolation::Linear, {1, 3}, {0, 1, 0.5f, -1});
+    aspect.edit(channel).set<&AnimationChannel::morph>(morph);
+    EXPECT_EQ(weights(0.0), (std::vector<float>{0, 1}));
+    EXPECT_EQ(weights(2.0), (std::vector<float>{0.25f, 0}));
+    EXPECT_EQ(weights(3.5), (std::vector<float>{0.5f, -1}));
+    aspect.edit(channel).set<&AnimationChannel::interpolation>(AnimationInterpolation::Step);
+    EXPECT_EQ(weights(2.999), (std::vector<float>{0, 1}));
+    // In-tangents, values, out-tangents of all weights. With tangents 0 the middle is halfway; an out-tangent m at the
+    // first key adds m * span / 8 there (glTF 2.0, C.5).
+    aspect.edit(channel)
+        .set<&AnimationChannel::interpolation>(AnimationInterpolation::CubicSpline)
+        .assign<&AnimationChannel::values>({9, 9, 0, 1, 0, 2, 0, 0, 0.5f, -1, 9, 9});
+    EXPECT_EQ(weights(2.0), (std::vector<float>{0.25f, 0.5f}));
+    EXPECT_EQ(weights(3.0), (std::vector<float>{0.5f, -1}));
+    aspect.edit(channel).assign<&AnimationChannel::values>({1, 2, 3});
+    EXPECT_EQ(weights(3.0), (std::vector<float>{0.5f, -1})) << "values that do not suit the keys change nothing";
+}
+
 TEST_F(Player, StepsHoldUntilTheNextKey) {
     add(AnimationPath::Scale, AnimationInterpolation::Step, {0, 1, 2}, {1, 1, 1, 2, 3, 4, 5, 5, 5});
     EXPECT_EQ(at(0.999).linear.get(), glm::mat3(1.0f));
