@@ -5,11 +5,8 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <condition_variable>
 #include <deque>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -29,8 +26,6 @@ namespace {
 constexpr std::size_t kPartBytes = 128 * 1024;
 // Embedded servers start a driver each; on a busy machine dozens of them take a while.
 constexpr auto kEmbeddedStart = std::chrono::seconds(60);
-// Kept for an application that draws no frames.
-constexpr std::size_t kMaxIncidents = 256;
 constexpr auto kStillWaiting = std::chrono::seconds(5);
 
 std::filesystem::path programBeside() {
@@ -77,20 +72,12 @@ class ConnectedCluster final : public Cluster {
           _addresses(addressesOf(options)),
           _client(std::move(options), SteadyClock().now()),
           _pump(_client, insecureLan) {
-        _pump.onTurn([this] { turned(); });
         _network = std::thread([this] { _pump.run(); });
     }
 
     ~ConnectedCluster() override {
-        _pump.post([this] {
-            _client.leave("the client has finished");
-            const std::lock_guard lock(_mutex);
-            _leaving = true;
-        });
-        {
-            std::unique_lock lock(_mutex);
-            _changed.wait_for(lock, std::chrono::seconds(2), [&] { return _left; });
-        }
+        _pump.enter([this] { _client.leave("the client has finished"); });
+        _pump.wait([this] { return !_client.hasConnections(); }, std::chrono::seconds(2));
         _pump.stop();
         _network.join();
         for (ServerProcess& process : _processes) process.letGo();
@@ -98,34 +85,15 @@ class ConnectedCluster final : public Cluster {
 
     Result<void> connect() {
         if (auto done = request([] {}, "connecting"); !done) return done;
-        const std::lock_guard lock(_mutex);
         announce();
-        const wire::Hello* first = nullptr;
-        for (std::size_t i = 0; i < _client.serverCount(); ++i) {
-            const wire::Hello* hello = _client.serverHello(i);
-            if (!hello) {
-                _names.push_back(_addresses[i]);
-                _descriptions.push_back(fmt::format("{}: not connected", _names.back()));
-                continue;
-            }
-            _names.push_back(hello->name);
-            _descriptions.push_back(fmt::format("{}: {}, {}, {} (build {})", hello->name, hello->glRenderer,
-                                                hello->glVersion, hello->cpu, hello->build));
-            if (!first) first = hello;
-            if (hello->glRenderer != first->glRenderer || hello->glVersion != first->glVersion ||
-                hello->cpu != first->cpu)
-                log::warning(
-                    fmt::format("servers '{}' and '{}' differ in renderer, version or processor: their tiles may "
-                                "differ in last bits",
-                                first->name, hello->name));
-        }
+        _pump.enter([this] { describe(); });
         return {};
     }
 
     Result<void> assign(const std::vector<TileAssignment>& tiles) override {
         Dealt dealt = deal(tiles, _names.size());
         if (auto done = drain(); !done) return done;
-        return call([&] { _client.assign(dealt.wall, std::move(dealt.tiles)); });
+        return request([&] { _client.assign(dealt.wall, std::move(dealt.tiles)); }, "assigning tiles");
     }
 
     Result<FrameReport> frame(Aspect& scene, const WallViews& views, double time, bool wantPixels) override {
@@ -149,7 +117,7 @@ class ConnectedCluster final : public Cluster {
         outgoing.changes = std::move(encoded.parts);
         outgoing.blobs = blobsOf(encoded);
         outgoing.digest = _digest.total();
-        if (!first && _snapshotWanted) {
+        if (!first && snapshotWanted()) {
             wire::EncodedChanges whole = encode(scene.snapshot(), scene);
             outgoing.snapshot.emplace();
             outgoing.snapshot->parts = std::move(whole.parts);
@@ -175,13 +143,36 @@ class ConnectedCluster final : public Cluster {
         std::vector<std::string> texts;
         if (auto done = drain(); !done) return done.error();
         if (auto done = request([&] { _client.beginExplain(); }, "the frame plan"); !done) return done.error();
-        if (auto done = call([&] { texts = _client.takeExplanations(); }); !done) return done.error();
+        _pump.enter([&] { texts = _client.takeExplanations(); });
         return texts;
     }
 
     std::vector<std::string> serverDescriptions() const override { return _descriptions; }
 
  private:
+    // What the servers said of themselves.
+    void describe() {
+        const wire::Hello* first = nullptr;
+        for (std::size_t i = 0; i < _client.serverCount(); ++i) {
+            const wire::Hello* hello = _client.serverHello(i);
+            if (!hello) {
+                _names.push_back(_addresses[i]);
+                _descriptions.push_back(fmt::format("{}: not connected", _names.back()));
+                continue;
+            }
+            _names.push_back(hello->name);
+            _descriptions.push_back(fmt::format("{}: {}, {}, {} (build {})", hello->name, hello->glRenderer,
+                                                hello->glVersion, hello->cpu, hello->build));
+            if (!first) first = hello;
+            if (hello->glRenderer != first->glRenderer || hello->glVersion != first->glVersion ||
+                hello->cpu != first->cpu)
+                log::warning(
+                    fmt::format("servers '{}' and '{}' differ in renderer, version or processor: their tiles may "
+                                "differ in last bits",
+                                first->name, hello->name));
+        }
+    }
+
     wire::EncodedChanges encode(const ChangeList& changes, const Aspect& scene) {
         wire::EncodeOptions encoding;
         encoding.maxPartBytes = kPartBytes;
@@ -210,28 +201,24 @@ class ConnectedCluster final : public Cluster {
     // The oldest frame's report when that frame is over, else an empty one. scene: as it was committed last, when there
     // is one to compare with.
     Result<FrameReport> takeReport(const Aspect* scene) {
-        std::optional<protocol::ClusterClient::Finished> finished;
         FrameReport report;
-        {
-            const std::lock_guard lock(_mutex);
-            report.rejoined = announce();
-            if (_finished.empty()) return report;
-            finished = std::move(_finished.front());
-            _finished.pop_front();
-        }
-        UMBRIEL_ASSERT(!_reports.empty() && _reports.front().frame == finished->number, "frames are over in order");
+        report.rejoined = announce();
+        if (_finished.empty()) return report;
+        protocol::ClusterClient::Finished finished = std::move(_finished.front());
+        _finished.pop_front();
+        UMBRIEL_ASSERT(!_reports.empty() && _reports.front().frame == finished.number, "frames are over in order");
         _reports.front().rejoined = std::move(report.rejoined);
         report = std::move(_reports.front());
         _reports.pop_front();
-        if (_policy == FailurePolicy::Wait && finished->mismatch) {
+        if (_policy == FailurePolicy::Wait && finished.mismatch) {
             if (auto done = drain(); !done) return done.error();
-            if (scene) return differing(*finished->mismatch, *scene);
-            return failure(fmt::format("frame {}: the state of server '{}' differs", finished->number,
-                                       _names[*finished->mismatch]));
+            if (scene) return differing(*finished.mismatch, *scene);
+            return failure(fmt::format("frame {}: the state of server '{}' differs", finished.number,
+                                       _names[*finished.mismatch]));
         }
-        bool anyConnected = finished->servers.empty();
-        for (std::size_t i = 0; i < finished->servers.size(); ++i) {
-            protocol::ServerOutcome& outcome = finished->servers[i];
+        bool anyConnected = finished.servers.empty();
+        for (std::size_t i = 0; i < finished.servers.size(); ++i) {
+            protocol::ServerOutcome& outcome = finished.servers[i];
             ServerReport server;
             server.name = _names[i];
             server.bytes = outcome.bytes;
@@ -258,11 +245,17 @@ class ConnectedCluster final : public Cluster {
         return report;
     }
 
-    // Logs what happened to servers and names those that are back. With the lock.
+    // Takes what the last request left: frames that are over, and what happened to servers, which is logged. Names
+    // those that are back.
     std::vector<std::string> announce() {
         using Kind = protocol::ServerIncident::Kind;
+        std::vector<protocol::ServerIncident> incidents;
+        _pump.enter([&] {
+            for (auto& finished : _client.takeFinished()) _finished.push_back(std::move(finished));
+            incidents = _client.takeIncidents();
+        });
         std::vector<std::string> rejoined;
-        for (protocol::ServerIncident& incident : std::exchange(_incidents, {})) {
+        for (protocol::ServerIncident& incident : incidents) {
             if (incident.kind == Kind::Rejoined) {
                 log::info(incident.text);
                 rejoined.push_back(_names[incident.server]);
@@ -274,50 +267,33 @@ class ConnectedCluster final : public Cluster {
         return rejoined;
     }
 
-    // After every turn of the network thread.
-    void turned() {
-        const std::lock_guard lock(_mutex);
-        if (_client.error() && !_leaving) _error = *_client.error();
-        for (auto& finished : _client.takeFinished()) _finished.push_back(std::move(finished));
-        for (auto& incident : _client.takeIncidents())
-            if (_incidents.size() < kMaxIncidents) _incidents.push_back(std::move(incident));
-        _snapshotWanted = _client.wantsSnapshot();
-        if (_started && (!_client.isBusy() || _error)) {
-            _started = false;
-            _done = true;
-        }
-        if (_leaving && !_client.hasConnections()) _left = true;
-        if (_done || _left || _error) _changed.notify_all();
+    bool snapshotWanted() {
+        bool wanted = false;
+        _pump.enter([&] { wanted = _client.wantsSnapshot(); });
+        return wanted;
     }
 
-    // Starts a request on the network thread and waits until it is over, saying now and then for whom.
-    Result<void> request(std::function<void()> start, const std::string& what) {
-        std::unique_lock lock(_mutex);
-        if (_error) return *_error;
-        _done = false;
-        lock.unlock();
-        _pump.post([this, start = std::move(start)] {
-            {
-                const std::lock_guard inner(_mutex);
-                if (_error) return;  // the caller has been told and is gone
-                _started = true;
-            }
-            start();
+    // Starts a request and waits until it is over, saying now and then for whom. It starts on this thread, which saves
+    // waking the network thread to tell it what it is to do.
+    Result<void> request(const std::function<void()>& start, const std::string& what) {
+        _pump.enter([&] {
+            if (!_client.error()) start();
         });
-        lock.lock();
-        while (!_changed.wait_for(lock, kStillWaiting, [&] { return _done || _error; })) {
-            _pump.post([this, what] {
-                std::string names;
+        std::optional<Error> error;
+        const auto over = [&] {
+            error = _client.error();
+            return error || !_client.isBusy();
+        };
+        while (!_pump.wait(over, kStillWaiting)) {
+            std::string names;
+            _pump.enter([&] {
                 for (const std::string& name : _client.waitingFor()) names += (names.empty() ? "" : ", ") + name;
-                log::warning(fmt::format("{}: still waiting for {}", what, names));
             });
+            log::warning(fmt::format("{}: still waiting for {}", what, names));
         }
-        if (_error) return *_error;
+        if (error) return *error;
         return {};
     }
-
-    // Runs the function on the network thread, between requests.
-    Result<void> call(std::function<void()> function) { return request(std::move(function), "the network thread"); }
 
     // Names the first container and field in which a server's state is not ours.
     Error differing(std::size_t server, const Aspect& scene) {
@@ -371,29 +347,18 @@ class ConnectedCluster final : public Cluster {
         wire::DigestReply reply;
         if (auto done = request([&] { _client.beginDigestQuery(server, query); }, "comparing states"); !done)
             return done.error();
-        if (auto done = call([&] { reply = _client.takeDigests(); }); !done) return done.error();
+        _pump.enter([&] { reply = _client.takeDigests(); });
         return reply;
     }
 
     std::vector<ServerProcess> _processes;  // destroyed last: they end when their session has
     FailurePolicy _policy;
     std::vector<std::string> _addresses;  // what servers are called before they said their names
-    protocol::ClusterClient _client;      // on the network thread once that runs
+    protocol::ClusterClient _client;      // asked inside the pump only
     net::AsioPump _pump;
     std::thread _network;
 
-    // Shared with the network thread.
-    std::mutex _mutex;
-    std::condition_variable _changed;
-    std::optional<Error> _error;
     std::deque<protocol::ClusterClient::Finished> _finished;
-    std::vector<protocol::ServerIncident> _incidents;
-    std::atomic<bool> _snapshotWanted = false;
-    bool _started = false;  // the running request
-    bool _done = false;
-    bool _leaving = false;
-    bool _left = false;
-
     std::string _lastIncident;
     std::uint64_t _frameNumber = 0;
     std::deque<FrameReport> _reports;  // of frames under way

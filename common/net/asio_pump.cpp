@@ -4,17 +4,24 @@
 #include <fmt/format.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
+#include <sys/uio.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <cerrno>
+#include <condition_variable>
+#include <deque>
 #include <map>
+#include <mutex>
 #include <utility>
 #include <vector>
 
+#include "common/base/assert.h"
 #include "common/base/clock.h"
 #include "common/base/log.h"
 
@@ -29,6 +36,8 @@ namespace {
 
 constexpr std::size_t kReadBytes = 256 * 1024;
 constexpr std::size_t kSegmentsPerWrite = 32;
+// What one connection writes before others have their turn.
+constexpr std::size_t kBytesPerTurn = 512 * 1024;
 // How long a closing connection may take to write its last words and see the peer's end.
 constexpr auto kLinger = std::chrono::seconds(1);
 constexpr auto kDialPatience = std::chrono::seconds(1);
@@ -51,8 +60,10 @@ struct AsioPump::Implementation {
     struct Connection {
         explicit Connection(tcp::socket s) : socket(std::move(s)) {}
         tcp::socket socket;
-        std::vector<std::byte> buffer;
-        bool writing = false;
+        // Not initialised: most connections never touch more than its first page.
+        std::unique_ptr<std::byte[]> buffer{new std::byte[kReadBytes]};
+        bool blocked = false;    // the socket took no more, or others have their turn: somebody will go on
+        bool broken = false;     // nothing can be written any more; the read says why
         bool closing = false;    // the endpoint wants it closed
         bool shutDown = false;   // our side was ended, the peer's end is awaited
         TimePoint closeAt = TimePoint::max();
@@ -61,7 +72,8 @@ struct AsioPump::Implementation {
     protocol::Endpoint& endpoint;
     bool insecureLan;
     SteadyClock clock;
-    boost::asio::io_context context{1};
+    // Sockets and timers are used by the thread in run() alone; others post, or write to a descriptor.
+    boost::asio::io_context context{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO};
     boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work{context.get_executor()};
     boost::asio::steady_timer timer{context};
     boost::asio::steady_timer warningTimer{context};
@@ -71,8 +83,14 @@ struct AsioPump::Implementation {
     ConnectionId nextId = 1;
     std::function<void()> hook;
     TimePoint armedFor = TimePoint::max();
+    TimePoint closeDue = TimePoint::max();  // not later than any connection's closeAt
     bool warning = false;
-    bool turnDue = false;
+    std::deque<Action> actions;  // that another thread found; the pump's thread takes them
+
+    // Held by whoever asks the endpoint, or touches what is here.
+    std::mutex mutex;
+    std::condition_variable awaited;
+    const std::function<bool()>* condition = nullptr;  // of the thread in wait()
 
     Implementation(protocol::Endpoint& e, bool insecure) : endpoint(e), insecureLan(insecure) {}
 
@@ -160,8 +178,7 @@ struct AsioPump::Implementation {
     }
 
     void dialFailed(std::uint64_t tag, const Error& reason) {
-        endpoint.dialFailed(tag, reason, clock.now());
-        turn();
+        visit([&] { endpoint.dialFailed(tag, reason, clock.now()); });
     }
 
     void add(tcp::socket socket, std::uint64_t tag) {
@@ -171,105 +188,219 @@ struct AsioPump::Implementation {
         ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &timeout, sizeof(timeout));
         socket.non_blocking(true, ignored);
         const ConnectionId id = nextId++;
-        auto& connection = *(connections[id] = std::make_unique<Connection>(std::move(socket)));
-        connection.buffer.resize(kReadBytes);
-        endpoint.opened(id, tag, clock.now());
-        read(id, connection);
-        turnSoon();
+        visit([&] {
+            connections[id] = std::make_unique<Connection>(std::move(socket));
+            endpoint.opened(id, tag, clock.now());
+        });
+        read(id, *connections[id]);
     }
 
     void read(ConnectionId id, Connection& connection) {
         connection.socket.async_read_some(
-            boost::asio::buffer(connection.buffer), [this, id](error_code error, std::size_t count) {
+            boost::asio::buffer(connection.buffer.get(), kReadBytes), [this, id](error_code error, std::size_t count) {
                 const auto found = connections.find(id);
                 if (found == connections.end()) return;
                 Connection& connection = *found->second;
-                if (error) return finish(id, error == boost::asio::error::eof ? std::string("the connection was closed")
-                                                                               : lowerFirst(error.message()));
+                if (error)
+                    return finish(id, error == boost::asio::error::eof ? std::string("the connection was closed")
+                                                                       : lowerFirst(error.message()));
                 if (!connection.closing)
-                    endpoint.received(id, std::span(connection.buffer).first(count), clock.now());
-                read(id, connection);
-                turnSoon();
+                    visit([&] {
+                        endpoint.received(id, std::span(connection.buffer.get(), count), clock.now());
+                    });
+                if (connections.count(id) > 0) read(id, connection);
             });
     }
 
     void finish(ConnectionId id, const std::string& reason) {
-        connections.erase(id);
-        endpoint.closed(id, reason, clock.now());
-        turnSoon();
+        visit([&] {
+            connections.erase(id);
+            endpoint.closed(id, reason, clock.now());
+        });
     }
 
-    void write(ConnectionId id, Connection& connection) {
-        protocol::SendQueue* queue = endpoint.output(id);
-        if (connection.writing || connection.shutDown) return;
-        if (!queue || queue->empty()) {
-            if (!connection.closing) return;
-            // The peer must be able to read our last words: end our side only, and wait for its end.
-            error_code ignored;
-            connection.socket.shutdown(tcp::socket::shutdown_send, ignored);
-            connection.shutDown = true;
-            return;
+    // On the pump's thread: alone with the endpoint, then a turn.
+    template <class Function>
+    void visit(Function&& function) {
+        bool wake = false;
+        {
+            const std::lock_guard lock(mutex);
+            function();
+            wake = turn();
         }
-        std::vector<boost::asio::const_buffer> buffers;
-        for (const auto span : queue->gather(kSegmentsPerWrite)) buffers.emplace_back(span.data(), span.size());
-        connection.writing = true;
-        connection.socket.async_write_some(buffers, [this, id](error_code error, std::size_t count) {
-            const auto found = connections.find(id);
-            if (found == connections.end()) return;
-            found->second->writing = false;
-            // A broken connection is noticed by the read, which may still find what the peer said last.
-            if (error) return;
-            if (protocol::SendQueue* queue = endpoint.output(id)) queue->consumed(count);
-            endpoint.written(id, clock.now());
-            turnSoon();
-        });
+        if (wake) awaited.notify_one();
     }
 
-    // Once for all that has happened by now: a turn looks at every connection, and a frame's answers come together.
-    void turnSoon() {
-        if (std::exchange(turnDue, true)) return;
-        boost::asio::post(context, [this] {
-            turnDue = false;
-            turn();
-        });
+    // What the endpoint wants done, on the pump's thread. Returns whether the thread in wait() is to be woken, which is
+    // done without the lock that it needs.
+    bool turn() {
+        carryOut();
+        if (hook) {
+            hook();
+            carryOut();
+        }
+        arm();
+        return conditionMet();
     }
 
-    void turn() {
-        if (hook) hook();
-        while (const auto action = endpoint.nextAction()) {
-            if (action->kind == Action::Kind::Dial) {
-                dial(*action);
-            } else if (const auto found = connections.find(action->connection); found != connections.end()) {
-                found->second->closing = true;
-                found->second->closeAt = clock.now() + kLinger;
+    bool conditionMet() {
+        if (!condition || !(*condition)()) return false;
+        condition = nullptr;
+        return true;
+    }
+
+    bool collectActions() {
+        while (const auto action = endpoint.nextAction()) actions.push_back(*action);
+        return !actions.empty();
+    }
+
+    void carryOut() {
+        do {
+            collectActions();
+            while (!actions.empty()) {
+                const Action action = std::move(actions.front());
+                actions.pop_front();
+                if (action.kind == Action::Kind::Dial) {
+                    dial(action);
+                } else if (const auto found = connections.find(action.connection); found != connections.end()) {
+                    found->second->closing = true;
+                    found->second->closeAt = clock.now() + kLinger;
+                    closeDue = std::min(closeDue, found->second->closeAt);
+                    if (write(action.connection) != Room::Enough) goOnWriting(action.connection);
+                }
             }
+            while (const auto id = endpoint.nextOutput())
+                if (write(*id) != Room::Enough) goOnWriting(*id);
+        } while (collectActions());
+    }
+
+    enum class Room { Enough, None, OthersTurn };
+
+    // Writes what is queued, as far as the socket takes it at once. From any thread: it asks the descriptor alone.
+    Room write(ConnectionId id) {
+        const auto found = connections.find(id);
+        if (found == connections.end()) return Room::Enough;
+        Connection& connection = *found->second;
+        if (connection.blocked || connection.broken || connection.shutDown) return Room::Enough;
+        std::size_t written = 0;
+        for (protocol::SendQueue* queue = endpoint.output(id); queue && !queue->empty(); queue = endpoint.output(id)) {
+            if (written >= kBytesPerTurn) {
+                connection.blocked = true;
+                return Room::OthersTurn;
+            }
+            const ssize_t count = send(connection.socket.native_handle(), *queue);
+            if (count < 0 && errno == EINTR) continue;
+            if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
+                connection.blocked = true;
+                return Room::None;
+            }
+            if (count < 0) {
+                // Noticed by the read, which may still find what the peer said last.
+                connection.broken = true;
+                return Room::Enough;
+            }
+            written += static_cast<std::size_t>(count);
+            queue->consumed(static_cast<std::size_t>(count));
+            endpoint.written(id, clock.now());
         }
-        TimePoint next = endpoint.deadline();
-        for (auto& [id, connection] : connections) {
-            write(id, *connection);
-            next = std::min(next, connection->closeAt);
+        if (connection.closing) {
+            // The peer must be able to read our last words: end our side only, and wait for its end.
+            ::shutdown(connection.socket.native_handle(), SHUT_WR);
+            connection.shutDown = true;
         }
-        if (next == armedFor) return;
+        return Room::Enough;
+    }
+
+    static ssize_t send(int descriptor, const protocol::SendQueue& queue) {
+        std::array<std::span<const std::byte>, kSegmentsPerWrite> pieces;
+        const std::size_t count = queue.gather(pieces);
+        if (count == 1) return ::send(descriptor, pieces[0].data(), pieces[0].size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+        std::array<iovec, kSegmentsPerWrite> vectors;
+        for (std::size_t i = 0; i < count; ++i)
+            vectors[i] = {const_cast<std::byte*>(pieces[i].data()), pieces[i].size()};
+        msghdr message{};
+        message.msg_iov = vectors.data();
+        message.msg_iovlen = count;
+        return ::sendmsg(descriptor, &message, MSG_DONTWAIT | MSG_NOSIGNAL);
+    }
+
+    // On the pump's thread, for a connection that is blocked.
+    void goOnWriting(ConnectionId id) {
+        const auto found = connections.find(id);
+        if (found == connections.end()) return;
+        found->second->socket.async_wait(tcp::socket::wait_write, [this, id](error_code error) {
+            const auto found = connections.find(id);
+            if (error || found == connections.end()) return;
+            visit([&] {
+                found->second->blocked = false;
+                if (write(id) != Room::Enough) goOnWriting(id);
+            });
+        });
+    }
+
+    void enter(const std::function<void()>& function) {
+        bool wake = false;
+        bool turnNeeded = false;
+        {
+            const std::lock_guard lock(mutex);
+            function();
+            while (const auto id = endpoint.nextOutput()) {
+                if (write(*id) == Room::Enough) continue;
+                boost::asio::post(context, [this, id = *id] { goOnWriting(id); });
+            }
+            // What a socket is needed for is left to the thread that may use it.
+            turnNeeded = collectActions() || endpoint.deadline() < armedFor;
+            wake = conditionMet();
+        }
+        if (turnNeeded) post([] {});
+        if (wake) awaited.notify_one();
+    }
+
+    void post(std::function<void()> function) {
+        boost::asio::post(context, [this, function = std::move(function)] { visit(function); });
+    }
+
+    bool wait(const std::function<bool()>& asked, Duration limit) {
+        std::unique_lock lock(mutex);
+        if (asked()) return true;
+        UMBRIEL_ASSERT(!condition, "one thread waits at a time");
+        condition = &asked;
+        awaited.wait_for(lock, limit, [&] { return !condition; });
+        if (!condition) return true;
+        condition = nullptr;
+        return false;
+    }
+
+    // The timer is only ever moved forward: deadlines are mostly put off before they are reached, and one that comes too
+    // early costs less than setting it anew with every message.
+    void arm() {
+        const TimePoint next = std::min(endpoint.deadline(), closeDue);
+        if (next >= armedFor) return;
         armedFor = next;
-        if (next == TimePoint::max()) {
-            timer.cancel();
-            return;
-        }
         timer.expires_at(std::chrono::time_point_cast<std::chrono::steady_clock::duration>(next));
         timer.async_wait([this](error_code error) {
             if (error) return;
-            armedFor = TimePoint::max();
-            const TimePoint now = clock.now();
+            visit([&] { reached(clock.now()); });
+        });
+    }
+
+    void reached(TimePoint now) {
+        armedFor = TimePoint::max();
+        if (now >= closeDue) {
+            closeDue = TimePoint::max();
             std::vector<ConnectionId> overdue;
-            for (const auto& [id, connection] : connections)
-                if (now >= connection->closeAt) overdue.push_back(id);
+            for (const auto& [id, connection] : connections) {
+                if (now >= connection->closeAt)
+                    overdue.push_back(id);
+                else
+                    closeDue = std::min(closeDue, connection->closeAt);
+            }
             for (const ConnectionId id : overdue) {
                 connections.erase(id);
                 endpoint.closed(id, "the connection was closed", now);
             }
-            endpoint.advance(now);
-            turn();
-        });
+        }
+        if (now >= endpoint.deadline()) endpoint.advance(now);
     }
 };
 
@@ -285,17 +416,18 @@ Result<std::uint16_t> AsioPump::listen(const std::string& host, std::uint16_t po
 void AsioPump::onTurn(std::function<void()> hook) { _implementation->hook = std::move(hook); }
 
 void AsioPump::run() {
-    boost::asio::post(_implementation->context, [this] { _implementation->turn(); });
+    post([] {});
     _implementation->context.run();
 }
 
 void AsioPump::stop() { _implementation->context.stop(); }
 
-void AsioPump::post(std::function<void()> function) {
-    boost::asio::post(_implementation->context, [this, function = std::move(function)] {
-        function();
-        _implementation->turn();
-    });
+void AsioPump::post(std::function<void()> function) { _implementation->post(std::move(function)); }
+
+void AsioPump::enter(const std::function<void()>& function) { _implementation->enter(function); }
+
+bool AsioPump::wait(const std::function<bool()>& condition, Duration limit) {
+    return _implementation->wait(condition, limit);
 }
 
 }  // namespace umbriel::net

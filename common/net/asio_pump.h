@@ -5,14 +5,15 @@
 #include <memory>
 #include <string>
 
+#include "common/base/clock.h"
 #include "common/base/result.h"
 #include "common/protocol/endpoint.h"
 
 namespace umbriel::net {
 
-// Connects an endpoint to TCP: accepts, dials, reads and writes for it, and tells it the time. Everything the endpoint
-// is asked happens on the one thread that is in run(). Plain TCP carries no protection, so it stays on loopback unless
-// insecureLan says otherwise, which is warned about every minute.
+// Connects an endpoint to TCP: accepts, dials, reads and writes for it, and tells it the time. The endpoint is asked by
+// one thread at a time: the one that is in run(), or one that is in enter(). Plain TCP carries no protection, so it
+// stays on loopback unless insecureLan says otherwise, which is warned about every minute.
 class AsioPump {
  public:
     AsioPump(protocol::Endpoint& endpoint, bool insecureLan);
@@ -23,8 +24,8 @@ class AsioPump {
     // Accepts connections there, before run(). port 0: one that is free. Returns the port.
     Result<std::uint16_t> listen(const std::string& host, std::uint16_t port);
 
-    // Called on the pump's thread after everything that may have changed the endpoint, before its actions are taken.
-    // Set before run().
+    // Called on the pump's thread after everything that may have changed the endpoint, when what that left in the queues
+    // was written. It may change the endpoint again. Set before run().
     void onTurn(std::function<void()> hook);
 
     // Pumps until stop().
@@ -33,6 +34,12 @@ class AsioPump {
     void stop();
     // Runs the function on the pump's thread, then takes a turn. From any thread.
     void post(std::function<void()> function);
+    // Runs the function on this thread, alone with the endpoint, and writes what it queues as far as the sockets take it
+    // at once: nobody is waited for, and no other thread is woken. Not from the hook or another such function.
+    void enter(const std::function<void()>& function);
+    // Waits on this thread, one at a time, until the condition holds, which is asked as in enter(). False: it does not
+    // after this time.
+    bool wait(const std::function<bool()>& condition, Duration limit);
 
     struct Implementation;
 

@@ -131,7 +131,7 @@ void MemoryNetwork::turn(Endpoint& endpoint) {
             const std::uint64_t pipe = found->second;
             const int side = sideOf(_pipes[pipe], &endpoint, action->connection);
             if (protocol::SendQueue* queue = endpoint.output(action->connection))
-                for (const auto span : queue->gather(~std::size_t{0})) transmit(pipe, side, {span.begin(), span.end()});
+                for (const auto span : queue->gather()) transmit(pipe, side, {span.begin(), span.end()});
             hangUp(pipe, side);
             endOf(pipe, side, "the connection was closed");
             continue;
@@ -140,7 +140,10 @@ void MemoryNetwork::turn(Endpoint& endpoint) {
             reach(&endpoint, [this, &endpoint, action, since] { connect(endpoint, action, since); });
         });
     }
+    while (endpoint.nextOutput()) {
+    }
     if (host.silent) return;
+    // All of them: a window may have opened, a silence may be over.
     const auto connections = host.connections;
     for (const auto& [id, pipe] : connections) {
         protocol::SendQueue* queue = endpoint.output(id);
@@ -150,7 +153,7 @@ void MemoryNetwork::turn(Endpoint& endpoint) {
             if (_options.window > 0 && underWay >= _options.window) break;
             const std::size_t room = _options.window > 0 ? _options.window - underWay : ~std::size_t{0};
             std::vector<std::byte> bytes;
-            for (const auto span : queue->gather(~std::size_t{0})) bytes.insert(bytes.end(), span.begin(), span.end());
+            for (const auto span : queue->gather()) bytes.insert(bytes.end(), span.begin(), span.end());
             if (bytes.size() > room) bytes.resize(room);
             queue->consumed(bytes.size());
             transmit(pipe, side, std::move(bytes));

@@ -268,15 +268,14 @@ std::optional<Duration> ClusterClient::allowanceOf(const Running& running) const
 }
 
 bool ClusterClient::isDue(Running& running, std::size_t done, std::size_t of, TimePoint now) {
-    const auto allowance = allowanceOf(running);
-    if (!allowance) return false;
+    if (_options.policy == FailurePolicy::Wait) return false;
     if (of == 0) {
         // Nobody to wait for. The pause keeps the caller from running in circles; a server that needs a snapshot needs
         // the next frame.
         running.due = std::min(running.due.value_or(TimePoint::max()), running.start + kNobodyPause);
         return now >= *running.due || wantsSnapshot();
     }
-    if (!running.due && done > 0 && 2 * done >= of) running.due = now + *allowance;
+    if (!running.due && done > 0 && 2 * done >= of) running.due = now + *allowanceOf(running);
     return running.due && now >= *running.due;
 }
 

@@ -25,8 +25,8 @@ struct Action {
 };
 
 // One program's side of the protocol: a state machine over any number of connections, without sockets, threads or a
-// clock of its own. A pump (net/asio_pump.h, net/memory_pump.h) calls it from one thread, after every call takes its
-// actions, and writes what its queues hold.
+// clock of its own. A pump (net/asio_pump.h, net/memory_pump.h) calls it from one thread at a time, after every call
+// takes its actions, and writes what its queues hold.
 class Endpoint {
  public:
     virtual ~Endpoint() = default;
@@ -41,13 +41,16 @@ class Endpoint {
     // The connection is gone, whoever ended it. Called once for every connection that was opened.
     virtual void closed(ConnectionId connection, const std::string& reason, TimePoint now) = 0;
 
-    // Time has reached the deadline.
+    // Time has reached the deadline. Earlier calls do no harm.
     virtual void advance(TimePoint now) = 0;
+    // Not later than anything has to happen without a call.
     virtual TimePoint deadline() const = 0;
 
     virtual std::optional<Action> nextAction() = 0;
     // Null when the endpoint knows no such connection.
     virtual SendQueue* output(ConnectionId connection) = 0;
+    // A connection whose queue has grown since it was named last, so that a pump need not look at all of them.
+    virtual std::optional<ConnectionId> nextOutput() = 0;
 };
 
 }  // namespace umbriel::protocol

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace umbriel::protocol {
@@ -10,9 +11,6 @@ namespace umbriel::protocol {
 using wire::MessageType;
 
 namespace {
-
-// Heads and payloads up to this size share a segment: one small write instead of two.
-constexpr std::size_t kJoinedPayload = 1024;
 
 bool isHandshake(MessageType type) {
     return type == MessageType::Hello || type == MessageType::Welcome || type == MessageType::Refuse;
@@ -136,24 +134,21 @@ void Link::refuse(std::string_view reason) {
     finish(std::string(reason));
 }
 
-bool Link::sendShared(MessageType type, std::shared_ptr<const wire::Bytes> payload) {
+bool Link::queue(MessageType type, std::span<const std::byte> payload,
+                 const std::shared_ptr<const wire::Bytes>& shared) {
     if (_closed) return false;
     const wire::MessageRule& rule = wire::ruleOf(type);
-    UMBRIEL_ASSERT(payload->size() <= rule.limit, "a message is longer than its type allows");
+    UMBRIEL_ASSERT(payload.size() <= rule.limit, "a message is longer than its type allows");
     UMBRIEL_ASSERT(isOpen() || isHandshake(type) || type == MessageType::Goodbye, "only an open link carries messages");
-    wire::Bytes head(wire::kHeaderBytes);
+    std::array<std::byte, wire::kHeaderBytes> head;
     const bool withoutEpoch = type == MessageType::Hello || type == MessageType::Refuse;
-    wire::encodeHeader({static_cast<std::uint32_t>(payload->size()), static_cast<std::uint8_t>(type),
+    wire::encodeHeader({static_cast<std::uint32_t>(payload.size()), static_cast<std::uint8_t>(type),
                         withoutEpoch ? 0 : _epoch, _sendSequence},
-                       std::span(head).first<wire::kHeaderBytes>());
-    const std::size_t size = head.size() + payload->size();
-    if (payload->size() <= kJoinedPayload) {
-        head.insert(head.end(), payload->begin(), payload->end());
-        payload = nullptr;
-    }
-    if (!_output.push(std::move(head), std::move(payload))) return false;
+                       head);
+    const bool joined = !shared || payload.size() <= kJoinedPayload;
+    if (!(joined ? _output.push(head, payload) : _output.push(head, shared))) return false;
     ++_sendSequence;
-    _bytesSent += size;
+    _bytesSent += head.size() + payload.size();
     return true;
 }
 

@@ -55,10 +55,17 @@ class Link {
     // False when the queue is full: the peer then misses a message and can only be closed.
     template <class Message>
     bool send(const Message& message) {
-        return sendShared(Message::kType, std::make_shared<const wire::Bytes>(wire::encode(message)));
+        if (wire::ruleOf(Message::kType).limit > kJoinedPayload)
+            return sendShared(Message::kType, std::make_shared<const wire::Bytes>(wire::encode(message)));
+        _scratch.clear();
+        wire::Writer writer(_scratch);
+        message.write(writer);
+        return queue(Message::kType, _scratch, nullptr);
     }
     // payload: encoded by wire::encode, possibly shared with other links.
-    bool sendShared(wire::MessageType type, std::shared_ptr<const wire::Bytes> payload);
+    bool sendShared(wire::MessageType type, const std::shared_ptr<const wire::Bytes>& payload) {
+        return queue(type, *payload, payload);
+    }
 
     // Says goodbye; the owner lets the queue drain and closes the connection.
     void close(std::string_view reason);
@@ -80,6 +87,12 @@ class Link {
     std::uint64_t bytesSent() const { return _bytesSent; }
 
  private:
+    // Payloads up to this size are copied behind their head: one short write for several messages.
+    static constexpr std::size_t kJoinedPayload = 1024;
+
+    // shared: the payload's owner, if it is to be shared.
+    bool queue(wire::MessageType type, std::span<const std::byte> payload,
+               const std::shared_ptr<const wire::Bytes>& shared);
     void finish(std::string reason);
     LinkEvent violation(std::string_view what);
     LinkEvent handle(wire::MessageType type, std::span<const std::byte> payload);
@@ -88,6 +101,7 @@ class Link {
     wire::Hello _mine;
     std::optional<wire::Hello> _peerHello;
     SendQueue _output;
+    wire::Bytes _scratch;  // of the message that is encoded
     wire::Bytes _input;
     std::size_t _inputUsed = 0;
     std::uint32_t _epoch = 0;

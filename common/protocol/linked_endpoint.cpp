@@ -36,7 +36,9 @@ SendQueue* LinkedEndpoint::output(ConnectionId connection) {
 
 void LinkedEndpoint::adopt(ConnectionId connection, const LinkOptions& options, wire::Hello mine, std::uint64_t tag,
                            TimePoint now) {
-    _peers.try_emplace(connection, options, std::move(mine), tag, now);
+    Link& link = _peers.try_emplace(connection, options, std::move(mine), tag, now).first->second.link;
+    link.output().listIn(_outputs, connection);
+    _linkDeadline = std::min(_linkDeadline, link.deadline());
 }
 
 void LinkedEndpoint::decline(ConnectionId connection) {
@@ -77,12 +79,20 @@ Link* LinkedEndpoint::link(ConnectionId connection) {
 void LinkedEndpoint::advanceLinks(TimePoint now) {
     for (auto& [id, peer] : _peers) peer.link.advance(now);
     for (auto& [id, peer] : _peers) drain(id, peer, now);
+    _linkDeadline = TimePoint::max();
+    for (const auto& [id, peer] : _peers) _linkDeadline = std::min(_linkDeadline, peer.link.deadline());
 }
 
-TimePoint LinkedEndpoint::linkDeadline() const {
-    TimePoint earliest = TimePoint::max();
-    for (const auto& [id, peer] : _peers) earliest = std::min(earliest, peer.link.deadline());
-    return earliest;
+std::optional<ConnectionId> LinkedEndpoint::nextOutput() {
+    while (!_outputs.empty()) {
+        const ConnectionId id = _outputs.front();
+        _outputs.pop_front();
+        SendQueue* queue = output(id);
+        if (!queue) continue;
+        queue->takenFromList();
+        return id;
+    }
+    return std::nullopt;
 }
 
 // Nothing that an event leads to takes a peer away: that is closed() alone.
@@ -96,6 +106,7 @@ void LinkedEndpoint::drain(ConnectionId connection, Peer& peer, TimePoint now) {
                 greeted(connection, peer, now);
                 break;
             case LinkEvent::Kind::Open:
+                _linkDeadline = std::min(_linkDeadline, peer.link.deadline());
                 linkOpen(connection, peer, now);
                 break;
             case LinkEvent::Kind::Message:

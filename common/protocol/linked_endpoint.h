@@ -19,6 +19,7 @@ class LinkedEndpoint : public Endpoint {
     void closed(ConnectionId connection, const std::string& reason, TimePoint now) final;
     std::optional<Action> nextAction() final;
     SendQueue* output(ConnectionId connection) final;
+    std::optional<ConnectionId> nextOutput() final;
 
     bool hasConnections() const { return !_peers.empty(); }
 
@@ -58,13 +59,16 @@ class LinkedEndpoint : public Endpoint {
     std::size_t connectionCount() const { return _peers.size(); }
 
     void advanceLinks(TimePoint now);
-    TimePoint linkDeadline() const;
+    // Not later than any link's: found anew when it is reached, for links mostly put off theirs.
+    TimePoint linkDeadline() const { return _linkDeadline; }
 
  private:
     void drain(ConnectionId connection, Peer& peer, TimePoint now);
 
     std::map<ConnectionId, Peer> _peers;
     std::deque<Action> _actions;
+    std::deque<ConnectionId> _outputs;
+    TimePoint _linkDeadline = TimePoint::max();
 };
 
 }  // namespace umbriel::protocol

@@ -6,36 +6,82 @@
 
 namespace umbriel::protocol {
 
-bool SendQueue::push(wire::Bytes head, std::shared_ptr<const wire::Bytes> payload) {
-    const std::size_t added = head.size() + (payload ? payload->size() : 0);
-    if (added > _limit || _size > _limit - added) return false;
-    _size += added;
-    if (!head.empty()) _segments.push_back(std::make_shared<const wire::Bytes>(std::move(head)));
-    if (payload && !payload->empty()) _segments.push_back(std::move(payload));
+namespace {
+
+// Copied bytes go on in a new segment beyond this: growing one copies what is in it.
+constexpr std::size_t kOwnSegment = 64 * 1024;
+
+}  // namespace
+
+bool SendQueue::push(std::span<const std::byte> head, std::span<const std::byte> payload) {
+    const std::size_t count = head.size() + payload.size();
+    if (!hasRoom(count)) return false;
+    append(head);
+    append(payload);
+    grown(count);
     return true;
 }
 
-std::vector<std::span<const std::byte>> SendQueue::gather(std::size_t maxSegments) const {
-    std::vector<std::span<const std::byte>> spans;
-    for (std::size_t i = 0; i < _segments.size() && i < maxSegments; ++i) {
-        const std::span<const std::byte> bytes(*_segments[i]);
-        spans.push_back(i == 0 ? bytes.subspan(_consumedOfFirst) : bytes);
+bool SendQueue::push(std::span<const std::byte> head, std::shared_ptr<const wire::Bytes> payload) {
+    const std::size_t count = head.size() + payload->size();
+    if (!hasRoom(count)) return false;
+    append(head);
+    if (!payload->empty()) _segments.push_back({{}, std::move(payload)});
+    grown(count);
+    return true;
+}
+
+void SendQueue::append(std::span<const std::byte> bytes) {
+    if (_segments.empty() || _segments.back().shared || _segments.back().own.size() + bytes.size() > kOwnSegment)
+        _segments.emplace_back();
+    wire::Bytes& own = _segments.back().own;
+    own.insert(own.end(), bytes.begin(), bytes.end());
+}
+
+void SendQueue::grown(std::size_t count) {
+    _size += count;
+    if (_list && !std::exchange(_listed, true)) _list->push_back(_number);
+}
+
+void SendQueue::listIn(std::deque<std::uint64_t>& list, std::uint64_t number) {
+    _list = &list;
+    _number = number;
+    if (!empty()) grown(0);
+}
+
+std::size_t SendQueue::gather(std::span<std::span<const std::byte>> pieces) const {
+    std::size_t count = 0;
+    std::size_t skipped = _consumedOfFirst;
+    for (const Segment& segment : _segments) {
+        if (count == pieces.size()) break;
+        const auto bytes = segment.bytes().subspan(std::exchange(skipped, 0));
+        if (!bytes.empty()) pieces[count++] = bytes;
     }
-    return spans;
+    return count;
+}
+
+std::vector<std::span<const std::byte>> SendQueue::gather() const {
+    std::vector<std::span<const std::byte>> pieces(_segments.size());
+    pieces.resize(gather(pieces));
+    return pieces;
 }
 
 void SendQueue::consumed(std::size_t count) {
     UMBRIEL_ASSERT(count <= _size, "more was written than was queued");
     _size -= count;
     while (count > 0) {
-        const std::size_t left = _segments.front()->size() - _consumedOfFirst;
+        Segment& first = _segments.front();
+        const std::size_t left = first.bytes().size() - _consumedOfFirst;
         if (count < left) {
             _consumedOfFirst += count;
             return;
         }
         count -= left;
         _consumedOfFirst = 0;
-        _segments.pop_front();
+        if (_segments.size() == 1 && !first.shared)
+            first.own.clear();
+        else
+            _segments.pop_front();
     }
 }
 

@@ -49,7 +49,7 @@ void DrawThread::perform(std::uint64_t, draw_task::Assign& task) { _tiles = std:
 void DrawThread::perform(std::uint64_t session, draw_task::Draw& task) {
     follow(task.emptied, *task.from);
     follow(task.changes, *task.from);
-    _answer(session, draw_result::Applied{});
+    if (!task.emptied.empty() || !task.changes.empty()) _answer(session, draw_result::Applied{});
     if (task.views) _views = std::move(*task.views);
     const auto drawn = _renderer.draw(_scene, _views, _tiles, task.time);
     if (!drawn) return _answer(session, draw_result::Failed{task.frame, drawn.error().message});

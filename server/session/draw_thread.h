@@ -45,7 +45,7 @@ using DrawTask = std::variant<draw_task::Assign, draw_task::Draw, draw_task::Swa
 
 // What it answers.
 namespace draw_result {
-struct Applied {};  // the changes of the next frame may be decoded
+struct Applied {};  // there were changes; those of the next frame may be decoded
 struct Ready {
     std::uint64_t frame = 0;
     wire::Ready ready;

@@ -40,7 +40,7 @@ protocol::ServerNodeOptions nodeOptions(const RenderServerOptions& options, cons
 
 }  // namespace
 
-// Everything here lives on the network thread, the queue apart.
+// Everything here is touched inside the pump only, mostly by the network thread; the queue apart.
 struct RenderServer::Implementation {
     RenderServerOptions options;
     const TypeRegistry& types;
@@ -169,7 +169,7 @@ struct RenderServer::Implementation {
             draw.changes = incoming.commit();
             blobs.trim();
             frames.pop_front();
-            incomingBusy = true;
+            incomingBusy = !draw.changes.empty() || !draw.emptied.empty();
             push(std::move(draw));
         }
     }
@@ -182,10 +182,19 @@ struct RenderServer::Implementation {
         return incoming.commit();
     }
 
-    // An answer of the drawing thread.
+    // An answer of the drawing thread, on that thread. What is short is written at once: waking the network thread for
+    // it would take longer than drawing a small frame.
+    void answer(std::uint64_t ofSession, DrawResult result) {
+        if (std::holds_alternative<draw_result::Tiles>(result))
+            return pump.post([this, ofSession, result = std::move(result)]() mutable { answered(ofSession, result); });
+        pump.enter([&] { answered(ofSession, result); });
+    }
+
+    // Inside the pump.
     void answered(std::uint64_t ofSession, DrawResult& result) {
         if (std::holds_alternative<draw_result::Applied>(result)) {
             incomingBusy = false;  // whoever asked for it
+            if (!frames.empty()) pump.post([] {});  // to be decoded there, while this one is drawn here
             return;
         }
         if (ofSession != session || !inSession) return;
@@ -204,7 +213,7 @@ struct RenderServer::Implementation {
         }
         std::thread network([this] { pump.run(); });
         DrawThread drawing(types, renderer, queue, [this](std::uint64_t of, DrawResult result) {
-            pump.post([this, of, result = std::move(result)]() mutable { answered(of, result); });
+            answer(of, std::move(result));
         });
         drawing.run();
         pump.post([this] {

@@ -55,6 +55,7 @@ class ModelServer final : public protocol::Endpoint {
     TimePoint deadline() const override;
     std::optional<protocol::Action> nextAction() override { return _node.nextAction(); }
     protocol::SendQueue* output(protocol::ConnectionId connection) override { return _node.output(connection); }
+    std::optional<protocol::ConnectionId> nextOutput() override { return _node.nextOutput(); }
 
     void setSlow(bool slow) { _slow = slow; }
     std::uint64_t shown() const { return _shown; }

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <condition_variable>
+#include <deque>
 #include <map>
 #include <mutex>
 #include <thread>
@@ -23,12 +24,13 @@ class Echo final : public protocol::Endpoint {
  public:
     void opened(ConnectionId id, std::uint64_t tag, TimePoint) override {
         _queues.emplace(id, std::make_unique<protocol::SendQueue>(std::size_t{64} << 20));
+        _queues.at(id)->listIn(_outputs, id);
         if (tag != 0) dialled = id;
     }
     void dialFailed(std::uint64_t, const Error& why, TimePoint) override { set([&] { failure = why.message; }); }
     void received(ConnectionId id, std::span<const std::byte> bytes, TimePoint) override {
         if (id == dialled) return set([&] { answer.insert(answer.end(), bytes.begin(), bytes.end()); });
-        _queues.at(id)->push({bytes.begin(), bytes.end()});
+        _queues.at(id)->push(bytes, std::span<const std::byte>());
     }
     void written(ConnectionId, TimePoint) override {}
     void closed(ConnectionId id, const std::string&, TimePoint) override {
@@ -49,6 +51,13 @@ class Echo final : public protocol::Endpoint {
     protocol::SendQueue* output(ConnectionId id) override {
         const auto found = _queues.find(id);
         return found == _queues.end() ? nullptr : found->second.get();
+    }
+    std::optional<ConnectionId> nextOutput() override {
+        if (_outputs.empty()) return std::nullopt;
+        const ConnectionId id = _outputs.front();
+        _outputs.pop_front();
+        if (protocol::SendQueue* queue = output(id)) queue->takenFromList();
+        return id;
     }
 
     template <class Condition>
@@ -75,6 +84,7 @@ class Echo final : public protocol::Endpoint {
     std::mutex _mutex;
     std::condition_variable _changed;
     std::map<ConnectionId, std::unique_ptr<protocol::SendQueue>> _queues;
+    std::deque<ConnectionId> _outputs;
 };
 
 struct Running {
@@ -126,7 +136,7 @@ TEST(AsioPump, LastWordsAreReadBeforeTheEnd) {
     while (!pushed) {
         client.pump.post([&] {
             if (!client.echo.dialled || pushed.exchange(true)) return;
-            client.echo.output(client.echo.dialled)->push(wire::Bytes(100, std::byte{1}));
+            client.echo.output(client.echo.dialled)->push(wire::Bytes(100, std::byte{1}), std::span<const std::byte>());
             client.echo.actions.push_back({Action::Kind::Close, client.echo.dialled, 0, {}, 0});
         });
         std::this_thread::sleep_for(1ms);
