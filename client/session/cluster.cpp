@@ -104,7 +104,6 @@ class ConnectedCluster final : public Cluster {
         ChangeList changes = scene.commit();
         if (first) changes = scene.snapshot();  // what was committed before it had servers counts as well
         _digest.update(changes, scene);
-        _hashes.forget(changes);
         wire::EncodedChanges encoded = encode(changes, scene);
 
         FrameReport& report = _reports.emplace_back();
@@ -177,7 +176,6 @@ class ConnectedCluster final : public Cluster {
     wire::EncodedChanges encode(const ChangeList& changes, const Aspect& scene) {
         wire::EncodeOptions encoding;
         encoding.maxPartBytes = kPartBytes;
-        encoding.hashes = &_hashes;
         return wire::encodeChanges(changes, scene, encoding);
     }
 
@@ -365,7 +363,6 @@ class ConnectedCluster final : public Cluster {
     std::uint64_t _frameNumber = 0;
     std::deque<FrameReport> _reports;  // of frames under way
     StateDigest _digest;
-    wire::BlobHashes _hashes;
     std::vector<std::string> _names;
     std::vector<std::string> _descriptions;
 };

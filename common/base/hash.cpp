@@ -1,7 +1,12 @@
 #include "common/base/hash.h"
 
 #include <fmt/format.h>
+#if defined(__x86_64__)
+// The vector instructions of the processor it runs on: the results are the same, the baseline takes four times as long.
+#include <xxh_x86dispatch.h>
+#else
 #include <xxhash.h>
+#endif
 
 #include "common/base/assert.h"
 

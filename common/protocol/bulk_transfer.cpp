@@ -3,17 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace umbriel::protocol {
 namespace {
 
 constexpr std::size_t kQueueTarget = std::size_t{1} << 20;
+// Of a blob: short enough that most messages lie as a whole in what the receiver reads at once, so it need not join them.
+constexpr std::size_t kChunksPerMessage = 4;
 
 }  // namespace
 
 void BulkSender::addBlob(const Hash128& hash, MultiStorage content) {
-    _items.push_back({Blob{hash, std::move(content)}});
+    _items.push_back({Blob{hash, std::make_shared<const MultiStorage>(std::move(content))}});
 }
 
 void BulkSender::addTile(std::uint64_t frame, TilePixels tile) {
@@ -29,20 +32,19 @@ void BulkSender::fill(Link& link) {
 }
 
 bool BulkSender::sendPart(Link& link, Blob& blob, std::uint64_t& offset) {
-    const std::uint32_t elementSize = blob.content.elementSize();
-    const std::uint64_t total = blob.content.byteSize();
-    const std::size_t most = wire::kChunkBytes / elementSize * elementSize;
-    const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(most, total - offset));
-    // The content is copied once, to behind its head.
-    auto payload = std::make_shared<wire::Bytes>();
-    payload->reserve(wire::BlobData::kOverhead + size);
-    wire::Writer writer(*payload);
-    wire::BlobData{blob.hash, total, offset, {}}.write(writer);
-    const std::size_t head = payload->size();
-    payload->resize(head + size);
-    blob.content.read(static_cast<std::size_t>(offset / elementSize), std::span(*payload).subspan(head));
-    link.sendShared(wire::MessageType::BlobData, std::move(payload));
-    offset += size;
+    const MultiStorage& content = *blob.content;
+    std::array<std::span<const std::byte>, kChunksPerMessage> pieces;
+    std::size_t count = 0;
+    const std::size_t first = static_cast<std::size_t>(offset) / (content.elementsPerChunk() * content.elementSize());
+    std::uint64_t end = offset;
+    for (std::size_t i = first; i < content.chunkCount() && count < pieces.size(); ++i) {
+        pieces[count++] = content.chunk(i);
+        end += content.chunk(i).size();
+    }
+    const std::uint64_t total = content.byteSize();
+    const wire::Bytes head = wire::encode(wire::BlobData{blob.hash, total, offset, {}});
+    link.sendPieces(wire::MessageType::BlobData, head, blob.content, std::span(pieces).first(count));
+    offset = end;
     return offset < total;
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -21,7 +22,7 @@ namespace umbriel::protocol {
 // waits here, the link's queue holds little.
 class BulkSender {
  public:
-    // The content shares its chunks with whoever gave it.
+    // The content shares its chunks with whoever gave it; they are written from where they are.
     void addBlob(const Hash128& hash, MultiStorage content);
     void addTile(std::uint64_t frame, TilePixels tile);
 
@@ -32,7 +33,7 @@ class BulkSender {
  private:
     struct Blob {
         Hash128 hash;
-        MultiStorage content;
+        std::shared_ptr<const MultiStorage> content;  // until the last of it is written
     };
     struct Tile {
         std::uint64_t frame;

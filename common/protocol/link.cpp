@@ -27,17 +27,30 @@ Link::Link(const LinkOptions& options, wire::Hello mine, TimePoint now)
 void Link::received(std::span<const std::byte> bytes, TimePoint now) {
     if (_closed) return;
     _lastReceived = now;
-    if (_inputUsed > 0) {
-        _input.erase(_input.begin(), _input.begin() + static_cast<std::ptrdiff_t>(_inputUsed));
+    UMBRIEL_ASSERT(_borrowed.empty(), "what came before was not looked at");
+    _borrowed = bytes;
+}
+
+std::span<const std::byte> Link::unread() const {
+    return _inputUsed < _input.size() ? std::span<const std::byte>(_input) : _borrowed;
+}
+
+bool Link::join(std::size_t bytes) {
+    if (_inputUsed == _input.size()) {
+        if (_borrowed.size() >= bytes) return true;
+        _input.clear();
         _inputUsed = 0;
     }
-    _input.insert(_input.end(), bytes.begin(), bytes.end());
+    if (_input.size() >= bytes) return true;
+    const auto taken = _borrowed.first(std::min(bytes - _input.size(), _borrowed.size()));
+    _input.insert(_input.end(), taken.begin(), taken.end());
+    _borrowed = _borrowed.subspan(taken.size());
+    return _input.size() >= bytes;
 }
 
 LinkEvent Link::next() {
-    while (!_closed && _input.size() - _inputUsed >= wire::kHeaderBytes) {
-        const auto unread = std::span<const std::byte>(_input).subspan(_inputUsed);
-        const wire::Header header = wire::decodeHeader(unread.first<wire::kHeaderBytes>());
+    while (!_closed && join(wire::kHeaderBytes)) {
+        const wire::Header header = wire::decodeHeader(unread().first<wire::kHeaderBytes>());
         const wire::MessageRule* rule = wire::ruleOf(header.type);
         if (!rule) return violation(fmt::format("message type {} is unknown", header.type));
         const auto type = static_cast<MessageType>(header.type);
@@ -57,10 +70,15 @@ LinkEvent Link::next() {
                 return violation(fmt::format("a {} message does not belong on a {}'s {} connection", rule->name,
                                              client ? "client" : "server", control ? "control" : "bulk"));
         }
-        if (unread.size() - wire::kHeaderBytes < header.length) break;
+        const std::size_t size = wire::kHeaderBytes + header.length;
+        if (!join(size)) break;
+        const auto message = unread().first(size);
         ++_receiveSequence;
-        _inputUsed += wire::kHeaderBytes + header.length;
-        const LinkEvent event = handle(type, unread.subspan(wire::kHeaderBytes, header.length));
+        if (_inputUsed < _input.size())
+            _inputUsed = _input.size();
+        else
+            _borrowed = _borrowed.subspan(size);
+        const LinkEvent event = handle(type, message.subspan(wire::kHeaderBytes));
         if (event.kind != LinkEvent::Kind::None) return event;
     }
     if (_closed && !_closedReported) {
@@ -134,22 +152,41 @@ void Link::refuse(std::string_view reason) {
     finish(std::string(reason));
 }
 
-bool Link::queue(MessageType type, std::span<const std::byte> payload,
-                 const std::shared_ptr<const wire::Bytes>& shared) {
-    if (_closed) return false;
-    const wire::MessageRule& rule = wire::ruleOf(type);
-    UMBRIEL_ASSERT(payload.size() <= rule.limit, "a message is longer than its type allows");
+std::array<std::byte, wire::kHeaderBytes> Link::header(MessageType type, std::size_t payloadBytes) const {
+    UMBRIEL_ASSERT(payloadBytes <= wire::ruleOf(type).limit, "a message is longer than its type allows");
     UMBRIEL_ASSERT(isOpen() || isHandshake(type) || type == MessageType::Goodbye, "only an open link carries messages");
     std::array<std::byte, wire::kHeaderBytes> head;
     const bool withoutEpoch = type == MessageType::Hello || type == MessageType::Refuse;
-    wire::encodeHeader({static_cast<std::uint32_t>(payload.size()), static_cast<std::uint8_t>(type),
+    wire::encodeHeader({static_cast<std::uint32_t>(payloadBytes), static_cast<std::uint8_t>(type),
                         withoutEpoch ? 0 : _epoch, _sendSequence},
                        head);
-    const bool joined = !shared || payload.size() <= kJoinedPayload;
-    if (!(joined ? _output.push(head, payload) : _output.push(head, shared))) return false;
+    return head;
+}
+
+bool Link::counted(bool isQueued, std::size_t payloadBytes) {
+    if (!isQueued) return false;
     ++_sendSequence;
-    _bytesSent += head.size() + payload.size();
+    _bytesSent += wire::kHeaderBytes + payloadBytes;
     return true;
+}
+
+bool Link::queue(MessageType type, std::span<const std::byte> payload,
+                 const std::shared_ptr<const wire::Bytes>& shared) {
+    if (_closed) return false;
+    const auto head = header(type, payload.size());
+    const bool joined = !shared || payload.size() <= kJoinedPayload;
+    return counted(joined ? _output.push(head, payload) : _output.push(head, shared), payload.size());
+}
+
+bool Link::sendPieces(MessageType type, std::span<const std::byte> head, const std::shared_ptr<const void>& owner,
+                      std::span<const std::span<const std::byte>> pieces) {
+    if (_closed) return false;
+    std::size_t size = head.size();
+    for (const auto piece : pieces) size += piece.size();
+    const auto messageHead = header(type, size);
+    wire::Bytes copied(messageHead.begin(), messageHead.end());
+    copied.insert(copied.end(), head.begin(), head.end());
+    return counted(_output.push(copied, owner, pieces), size);
 }
 
 void Link::close(std::string_view reason) {
@@ -167,6 +204,7 @@ void Link::finish(std::string reason) {
     _reason = std::move(reason);
     _input.clear();
     _inputUsed = 0;
+    _borrowed = {};
 }
 
 LinkEvent Link::violation(std::string_view what) {

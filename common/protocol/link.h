@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -41,8 +42,9 @@ class Link {
     // Says hello. now: when the connection came to be.
     Link(const LinkOptions& options, wire::Hello mine, TimePoint now);
 
+    // The bytes are borrowed until next() has found no further event in them.
     void received(std::span<const std::byte> bytes, TimePoint now);
-    // Bytes are decoded as events are asked for.
+    // Bytes are decoded as events are asked for: where they are, when a message lies in them as a whole.
     LinkEvent next();
     // Sends heartbeats, closes a link that is silent for too long.
     void advance(TimePoint now);
@@ -66,6 +68,10 @@ class Link {
     bool sendShared(wire::MessageType type, const std::shared_ptr<const wire::Bytes>& payload) {
         return queue(type, *payload, payload);
     }
+    // A payload that begins with head, which is copied, and goes on with pieces, which are written from where they are:
+    // they stay there while the owner lives.
+    bool sendPieces(wire::MessageType type, std::span<const std::byte> head, const std::shared_ptr<const void>& owner,
+                    std::span<const std::span<const std::byte>> pieces);
 
     // Says goodbye; the owner lets the queue drain and closes the connection.
     void close(std::string_view reason);
@@ -93,6 +99,13 @@ class Link {
     // shared: the payload's owner, if it is to be shared.
     bool queue(wire::MessageType type, std::span<const std::byte> payload,
                const std::shared_ptr<const wire::Bytes>& shared);
+    // Checks that the message may be sent, and makes its header.
+    std::array<std::byte, wire::kHeaderBytes> header(wire::MessageType type, std::size_t payloadBytes) const;
+    bool counted(bool isQueued, std::size_t payloadBytes);
+    // What is next, as far as it lies in one piece.
+    std::span<const std::byte> unread() const;
+    // Makes that piece so long. False when so much has not come; all that has is in it then.
+    bool join(std::size_t bytes);
     void finish(std::string reason);
     LinkEvent violation(std::string_view what);
     LinkEvent handle(wire::MessageType type, std::span<const std::byte> payload);
@@ -102,8 +115,9 @@ class Link {
     std::optional<wire::Hello> _peerHello;
     SendQueue _output;
     wire::Bytes _scratch;  // of the message that is encoded
-    wire::Bytes _input;
-    std::size_t _inputUsed = 0;
+    wire::Bytes _input;                  // the beginning of a message whose rest was not there yet
+    std::size_t _inputUsed = 0;          // 0, or all of it
+    std::span<const std::byte> _borrowed;  // follows
     std::uint32_t _epoch = 0;
     std::uint32_t _sendSequence = 0;
     std::uint32_t _receiveSequence = 0;

@@ -26,13 +26,26 @@ bool SendQueue::push(std::span<const std::byte> head, std::shared_ptr<const wire
     const std::size_t count = head.size() + payload->size();
     if (!hasRoom(count)) return false;
     append(head);
-    if (!payload->empty()) _segments.push_back({{}, std::move(payload)});
+    const std::span<const std::byte> bytes = *payload;
+    if (!bytes.empty()) _segments.push_back({{}, std::move(payload), bytes});
+    grown(count);
+    return true;
+}
+
+bool SendQueue::push(std::span<const std::byte> head, const std::shared_ptr<const void>& owner,
+                     std::span<const std::span<const std::byte>> pieces) {
+    std::size_t count = head.size();
+    for (const auto piece : pieces) count += piece.size();
+    if (!hasRoom(count)) return false;
+    append(head);
+    for (const auto piece : pieces)
+        if (!piece.empty()) _segments.push_back({{}, owner, piece});
     grown(count);
     return true;
 }
 
 void SendQueue::append(std::span<const std::byte> bytes) {
-    if (_segments.empty() || _segments.back().shared || _segments.back().own.size() + bytes.size() > kOwnSegment)
+    if (_segments.empty() || _segments.back().owner || _segments.back().own.size() + bytes.size() > kOwnSegment)
         _segments.emplace_back();
     wire::Bytes& own = _segments.back().own;
     own.insert(own.end(), bytes.begin(), bytes.end());
@@ -78,7 +91,7 @@ void SendQueue::consumed(std::size_t count) {
         }
         count -= left;
         _consumedOfFirst = 0;
-        if (_segments.size() == 1 && !first.shared)
+        if (_segments.size() == 1 && !first.owner)
             first.own.clear();
         else
             _segments.pop_front();

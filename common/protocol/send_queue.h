@@ -23,6 +23,9 @@ class SendQueue {
     // False, and nothing is queued, when the limit would be passed.
     bool push(std::span<const std::byte> head, std::span<const std::byte> payload);
     bool push(std::span<const std::byte> head, std::shared_ptr<const wire::Bytes> payload);
+    // The pieces are written from where they are: they stay there while the owner lives.
+    bool push(std::span<const std::byte> head, const std::shared_ptr<const void>& owner,
+              std::span<const std::span<const std::byte>> pieces);
 
     bool empty() const { return _size == 0; }
     std::size_t size() const { return _size; }
@@ -41,8 +44,9 @@ class SendQueue {
  private:
     struct Segment {
         wire::Bytes own;
-        std::shared_ptr<const wire::Bytes> shared;
-        std::span<const std::byte> bytes() const { return shared ? *shared : own; }
+        std::shared_ptr<const void> owner;  // of what is not our own
+        std::span<const std::byte> shared;
+        std::span<const std::byte> bytes() const { return owner ? shared : own; }
     };
     bool hasRoom(std::size_t count) const { return count <= _limit && _size <= _limit - count; }
     void append(std::span<const std::byte> bytes);

@@ -19,15 +19,24 @@ std::uint64_t hashOf(ContainerId id, std::uint64_t field, std::uint64_t block, s
     return hash64(value, hash64(std::as_bytes(std::span(place))));
 }
 
+// block: counts through all chunks. Of the value, its hash counts, which is kept with the chunk.
 std::uint64_t hashOfBlock(ContainerId id, std::uint32_t field, const MultiStorage& storage, std::size_t block) {
-    std::array<std::byte, StateDigest::kBlockBytes> scratch;
-    const std::size_t offset = block * scratch.size();
-    const std::size_t size = std::min(scratch.size(), storage.byteSize() - offset);
-    return hashOf(id, field, block, storage.viewBytes(offset, std::span(scratch).first(size)));
+    const std::size_t perChunk = storage.blocksPerChunk();
+    const Hash128 value = storage.blockHash(block / perChunk, block % perChunk);
+    const std::array<std::uint64_t, 5> all = {id.value, field, block, value.low, value.high};
+    return hash64(std::as_bytes(std::span(all)));
 }
 
 std::size_t blockCount(const MultiStorage& storage) {
-    return (storage.byteSize() + StateDigest::kBlockBytes - 1) / StateDigest::kBlockBytes;
+    const std::size_t chunks = storage.chunkCount();
+    return chunks == 0 ? 0 : (chunks - 1) * storage.blocksPerChunk() + storage.blocksOfChunk(chunks - 1);
+}
+
+// The block that an element's first, or last, byte lies in.
+std::size_t blockOf(const MultiStorage& storage, std::size_t element, bool lastByte) {
+    const std::size_t inChunk = element % storage.elementsPerChunk() * storage.elementSize();
+    return element / storage.elementsPerChunk() * storage.blocksPerChunk() +
+           (inChunk + (lastByte ? storage.elementSize() - 1 : 0)) / Chunk::kBlockBytes;
 }
 
 std::uint64_t sumOf(const std::vector<std::uint64_t>& values) {
@@ -53,8 +62,8 @@ void rehash(std::vector<std::uint64_t>& blocks, ContainerId id, std::uint32_t fi
     for (const IndexRange& range : touched.ranges()) {
         if (range.first >= storage.size()) break;
         const std::size_t last = std::min(range.first + range.count, storage.size());
-        const std::size_t begin = range.first * storage.elementSize() / StateDigest::kBlockBytes;
-        const std::size_t end = (last * storage.elementSize() - 1) / StateDigest::kBlockBytes + 1;
+        const std::size_t begin = blockOf(storage, range.first, false);
+        const std::size_t end = blockOf(storage, last - 1, true) + 1;
         for (std::size_t block = std::max(begin, done); block < end; ++block)
             blocks[block] = hashOfBlock(id, field, storage, block);
         done = std::max(done, end);

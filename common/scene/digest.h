@@ -9,13 +9,12 @@
 namespace umbriel {
 
 // A digest of an aspect's state that does not depend on how the state came about: the sum, modulo 2^64, of
-// XXH3(container, field, block, value) over 1 KiB blocks of field values, so it is equal after a snapshot and after
-// any sequence of change lists that lead to the same graph, and costs what changed. Client and servers compare it every
+// XXH3(container, field, block, XXH3(value)) over 1 KiB blocks of the chunks of multi fields, and XXH3(container, field,
+// value) of single ones, so it is equal after a snapshot and after any sequence of change lists that lead to the same
+// graph, and costs what changed. Client and servers compare it every
 // frame. Containers of types that are not shipped do not count.
 class StateDigest {
  public:
-    static constexpr std::size_t kBlockBytes = 1024;
-
     // Follows a change list that was just committed by, or applied to, the aspect. Where an applied list won over the
     // aspect's own uncommitted edits, the digest is right again with the aspect's next list.
     void update(const ChangeList& changes, const Aspect& aspect);

@@ -11,7 +11,7 @@ MultiStorage::MultiStorage(std::uint32_t elementSize)
 
 std::span<const std::byte> MultiStorage::chunk(std::size_t index) const {
     UMBRIEL_ASSERT(index < _chunks.size(), "chunk index out of range");
-    return _chunks[index]->bytes;
+    return _chunks[index]->bytes();
 }
 
 bool MultiStorage::sharesChunk(std::size_t index, const MultiStorage& other) const {
@@ -33,10 +33,10 @@ std::span<const std::byte> MultiStorage::viewBytes(std::size_t offset, std::span
     const std::size_t chunkBytes = std::size_t{_elementsPerChunk} * _elementSize;
     std::size_t index = offset / chunkBytes;
     std::size_t inChunk = offset % chunkBytes;
-    const auto& bytes = _chunks[index]->bytes;
-    if (scratch.size() <= bytes.size() - inChunk) return std::span(bytes).subspan(inChunk, scratch.size());
+    const auto bytes = _chunks[index]->bytes();
+    if (scratch.size() <= bytes.size() - inChunk) return bytes.subspan(inChunk, scratch.size());
     for (std::size_t done = 0; done < scratch.size(); ++index, inChunk = 0) {
-        const auto& source = _chunks[index]->bytes;
+        const auto source = _chunks[index]->bytes();
         const std::size_t count = std::min(source.size() - inChunk, scratch.size() - done);
         std::memcpy(scratch.data() + done, source.data() + inChunk, count);
         done += count;
@@ -50,7 +50,7 @@ bool MultiStorage::holds(std::size_t first, std::span<const std::byte> bytes) co
     std::size_t index = first / _elementsPerChunk;
     std::size_t inChunk = first % _elementsPerChunk * _elementSize;
     for (std::size_t done = 0; done < bytes.size(); ++index, inChunk = 0) {
-        const auto& chunk = _chunks[index]->bytes;
+        const auto chunk = _chunks[index]->bytes();
         const std::size_t count = std::min(chunk.size() - inChunk, bytes.size() - done);
         if (std::memcmp(bytes.data() + done, chunk.data() + inChunk, count) != 0) return false;
         done += count;
@@ -66,15 +66,15 @@ void MultiStorage::resize(std::size_t size) {
     _chunks.resize(chunks);
     // The chunk that was the last one, or now is: the only existing one whose length can have changed.
     if (const std::size_t kept = std::min(chunksBefore, chunks); kept > 0)
-        resizeChunk(kept - 1, chunkElements(kept - 1) * _elementSize);
+        _chunks[kept - 1].resize(chunkElements(kept - 1) * _elementSize);
     if (chunks <= chunksBefore) return;
     ChunkHandle zeros;
     for (std::size_t i = chunksBefore; i < chunks; ++i) {
         const std::size_t bytes = chunkElements(i) * _elementSize;
         if (i + 1 == chunks)
-            _chunks[i] = ChunkHandle(std::vector<std::byte>(bytes));
+            _chunks[i] = ChunkHandle::zeros(bytes);
         else {
-            if (i == chunksBefore) zeros = ChunkHandle(std::vector<std::byte>(bytes));
+            if (i == chunksBefore) zeros = ChunkHandle::zeros(bytes);
             _chunks[i] = zeros;
         }
     }
@@ -86,9 +86,10 @@ void MultiStorage::write(std::size_t first, std::span<const std::byte> bytes) {
     UMBRIEL_ASSERT(first <= _size && count <= _size - first, "elements out of range");
     std::size_t index = first / _elementsPerChunk;
     std::size_t inChunk = first % _elementsPerChunk * _elementSize;
+    ChunkSource source(bytes.size());
     for (std::size_t done = 0; done < bytes.size(); ++index, inChunk = 0) {
-        const std::size_t part = std::min(_chunks[index]->bytes.size() - inChunk, bytes.size() - done);
-        writeBytes(index, inChunk, bytes.subspan(done, part));
+        const std::size_t part = std::min(_chunks[index]->bytes().size() - inChunk, bytes.size() - done);
+        _chunks[index].write(inChunk, bytes.subspan(done, part), source);
         done += part;
     }
 }
@@ -97,15 +98,16 @@ void MultiStorage::copyFrom(const MultiStorage& source, std::size_t first, std::
     UMBRIEL_ASSERT(source._elementSize == _elementSize, "elements of one size only");
     UMBRIEL_ASSERT(first <= _size && count <= _size - first, "elements out of range");
     UMBRIEL_ASSERT(first <= source._size && count <= source._size - first, "elements out of the source's range");
+    ChunkSource memory(count * _elementSize);
     for (std::size_t done = 0; done < count;) {
         const std::size_t index = (first + done) / _elementsPerChunk;
         const std::size_t inChunk = (first + done) % _elementsPerChunk;
         const std::size_t part = std::min(chunkElements(index) - inChunk, count - done);
-        if (part == chunkElements(index) && _chunks[index]->bytes.size() == source._chunks[index]->bytes.size())
+        if (part == chunkElements(index) && _chunks[index]->bytes().size() == source._chunks[index]->bytes().size())
             _chunks[index] = source._chunks[index];
         else if (_chunks[index] != source._chunks[index])
-            writeBytes(index, inChunk * _elementSize,
-                       source.chunk(index).subspan(inChunk * _elementSize, part * _elementSize));
+            _chunks[index].write(inChunk * _elementSize,
+                                 source.chunk(index).subspan(inChunk * _elementSize, part * _elementSize), memory);
         done += part;
     }
 }
@@ -113,7 +115,8 @@ void MultiStorage::copyFrom(const MultiStorage& source, std::size_t first, std::
 bool MultiStorage::equals(const MultiStorage& other) const {
     if (_elementSize != other._elementSize || _size != other._size) return false;
     for (std::size_t i = 0; i < _chunks.size(); ++i)
-        if (_chunks[i] != other._chunks[i] && _chunks[i]->bytes != other._chunks[i]->bytes) return false;
+        if (_chunks[i] != other._chunks[i] && !std::ranges::equal(_chunks[i]->bytes(), other._chunks[i]->bytes()))
+            return false;
     return true;
 }
 
@@ -121,32 +124,46 @@ std::size_t MultiStorage::chunkElements(std::size_t chunk) const {
     return std::min<std::size_t>(_elementsPerChunk, _size - chunk * _elementsPerChunk);
 }
 
-void MultiStorage::writeBytes(std::size_t chunk, std::size_t offset, std::span<const std::byte> bytes) {
-    ChunkHandle& handle = _chunks[chunk];
-    if (!handle.onlyOwner()) {
-        if (bytes.size() == handle->bytes.size()) {
-            handle = ChunkHandle(std::vector<std::byte>(bytes.begin(), bytes.end()));
-            return;
-        }
-        handle = ChunkHandle(std::vector<std::byte>(handle->bytes));
-    }
-    std::memcpy(handle->bytes.data() + offset, bytes.data(), bytes.size());
+MultiBuilder::MultiBuilder(std::uint32_t elementSize, std::uint64_t totalBytes)
+    : _data(elementSize), _missing(totalBytes), _source(totalBytes) {
+    UMBRIEL_ASSERT(totalBytes % elementSize == 0, "whole elements only");
 }
 
-void MultiStorage::resizeChunk(std::size_t chunk, std::size_t bytes) {
-    ChunkHandle& handle = _chunks[chunk];
-    if (handle->bytes.size() == bytes) return;
-    const std::size_t kept = std::min(bytes, handle->bytes.size());
-    if (!handle.onlyOwner()) {
-        std::vector<std::byte> copy(bytes);
-        std::memcpy(copy.data(), handle->bytes.data(), kept);
-        handle = ChunkHandle(std::move(copy));
-        return;
+std::span<std::byte> MultiBuilder::room() {
+    if (_room.empty() && _missing > 0) {
+        const std::size_t full = std::size_t{_data._elementsPerChunk} * _data._elementSize;
+        const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(full, _missing));
+        _data._chunks.push_back(_source.take(bytes));
+        _data._size += bytes / _data._elementSize;
+        _room = _data._chunks.back().fill();
     }
-    // Elements appended one by one cost amortised constant time; doubling past the chunk's end would only waste memory.
-    auto& own = handle->bytes;
-    if (bytes > own.capacity()) own.reserve(std::max(bytes, std::min(own.capacity() * 2, kChunkBytes)));
-    own.resize(bytes);
+    return _room;
+}
+
+void MultiBuilder::filled(std::size_t count) {
+    UMBRIEL_ASSERT(count <= _room.size(), "more bytes than there was room for");
+    _missing -= count;
+    _room = _room.subspan(count);
+    if (!_room.empty() || count == 0) return;
+    // Now it is in the processor's cache.
+    const ChunkHandle& chunk = _data._chunks.back();
+    for (std::size_t block = 0; block < chunk->blocks(); ++block) chunk->blockHash(block);
+}
+
+void MultiBuilder::add(std::span<const std::byte> bytes) {
+    UMBRIEL_ASSERT(bytes.size() <= _missing, "more bytes than there is room for");
+    while (!bytes.empty()) {
+        const auto to = room();
+        const std::size_t count = std::min(to.size(), bytes.size());
+        std::memcpy(to.data(), bytes.data(), count);
+        filled(count);
+        bytes = bytes.subspan(count);
+    }
+}
+
+MultiStorage MultiBuilder::take() {
+    UMBRIEL_ASSERT(_missing == 0, "a content is taken before all of it came");
+    return std::move(_data);
 }
 
 }  // namespace umbriel

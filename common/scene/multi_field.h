@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -9,6 +8,8 @@
 #include <vector>
 
 #include "common/base/assert.h"
+#include "common/base/hash.h"
+#include "common/scene/chunk.h"
 #include "common/scene/element_kind.h"
 
 namespace umbriel {
@@ -18,7 +19,7 @@ namespace umbriel {
 // chunk. Chunks are immutable while shared: reading needs no lock. The last chunk is only as long as its elements.
 class MultiStorage {
  public:
-    static constexpr std::size_t kChunkBytes = 16 * 1024;
+    static constexpr std::size_t kChunkBytes = Chunk::kMaxBytes;
 
     explicit MultiStorage(std::uint32_t elementSize);
 
@@ -29,6 +30,13 @@ class MultiStorage {
     std::size_t chunkCount() const { return _chunks.size(); }
     // The elements of one chunk; the last one may be shorter.
     std::span<const std::byte> chunk(std::size_t index) const;
+    // Of the chunks that are full: Chunk::kBlockBytes each, the last one what is left.
+    std::size_t blocksPerChunk() const {
+        return (std::size_t{_elementsPerChunk} * _elementSize + Chunk::kBlockBytes - 1) / Chunk::kBlockBytes;
+    }
+    std::size_t blocksOfChunk(std::size_t index) const { return _chunks[index]->blocks(); }
+    // Chunk::blockHash: kept with the chunk, so contents that are shared or were hashed before cost a look.
+    Hash128 blockHash(std::size_t index, std::size_t block) const { return _chunks[index]->blockHash(block); }
     // True when both hold the very same chunk in memory (tests and benchmarks of sharing).
     bool sharesChunk(std::size_t index, const MultiStorage& other) const;
 
@@ -39,7 +47,7 @@ class MultiStorage {
 
     const std::byte* element(std::size_t index) const {
         UMBRIEL_ASSERT(index < _size, "element index out of range");
-        return _chunks[index / _elementsPerChunk]->bytes.data() + (index % _elementsPerChunk) * _elementSize;
+        return _chunks[index / _elementsPerChunk]->bytes().data() + (index % _elementsPerChunk) * _elementSize;
     }
     // Copies elements [first, first + bytes/elementSize) out.
     void read(std::size_t first, std::span<std::byte> bytes) const;
@@ -61,49 +69,38 @@ class MultiStorage {
     bool equals(const MultiStorage& other) const;
 
  private:
-    struct Chunk {
-        std::atomic<std::uint32_t> references{1};
-        std::vector<std::byte> bytes;
-    };
-    // Like std::shared_ptr, whose use_count() is a relaxed load: finding oneself the only owner must also order one's
-    // writes after the last reads of whoever let go of the chunk on another thread.
-    class ChunkHandle {
-     public:
-        ChunkHandle() = default;
-        explicit ChunkHandle(std::vector<std::byte> bytes) : _chunk(new Chunk{{1}, std::move(bytes)}) {}
-        ChunkHandle(const ChunkHandle& other) : _chunk(other._chunk) {
-            if (_chunk) _chunk->references.fetch_add(1, std::memory_order_relaxed);
-        }
-        ChunkHandle(ChunkHandle&& other) noexcept : _chunk(std::exchange(other._chunk, nullptr)) {}
-        // Assigning the same chunk touches no counter: applying a list to a long field costs a comparison per chunk.
-        ChunkHandle& operator=(const ChunkHandle& other) {
-            if (_chunk != other._chunk) ChunkHandle(other).swap(*this);
-            return *this;
-        }
-        ChunkHandle& operator=(ChunkHandle&& other) noexcept {
-            ChunkHandle(std::move(other)).swap(*this);
-            return *this;
-        }
-        ~ChunkHandle() {
-            if (_chunk && _chunk->references.fetch_sub(1, std::memory_order_acq_rel) == 1) delete _chunk;
-        }
-        void swap(ChunkHandle& other) noexcept { std::swap(_chunk, other._chunk); }
-        bool onlyOwner() const { return _chunk->references.load(std::memory_order_acquire) == 1; }
-        Chunk* operator->() const { return _chunk; }
-        friend bool operator==(const ChunkHandle&, const ChunkHandle&) = default;
-
-     private:
-        Chunk* _chunk = nullptr;
-    };
+    friend class MultiBuilder;
 
     std::size_t chunkElements(std::size_t chunk) const;
-    void writeBytes(std::size_t chunk, std::size_t offset, std::span<const std::byte> bytes);
-    void resizeChunk(std::size_t chunk, std::size_t bytes);
 
     std::uint32_t _elementSize;
     std::uint32_t _elementsPerChunk;
     std::size_t _size = 0;
     std::vector<ChunkHandle> _chunks;
+};
+
+// Makes a content out of bytes in order, in the memory where they stay: no copy follows, and each chunk is hashed when
+// it is full. Takes no more memory than has come, but for one slab of chunks.
+class MultiBuilder {
+ public:
+    // totalBytes: of the whole content, whole elements.
+    MultiBuilder(std::uint32_t elementSize, std::uint64_t totalBytes);
+
+    // Where the next bytes belong; empty when all have come.
+    std::span<std::byte> room();
+    // So many of them were written into room().
+    void filled(std::size_t count);
+    // Copies bytes in; there must be room for them.
+    void add(std::span<const std::byte> bytes);
+    std::uint64_t missing() const { return _missing; }
+    // Once nothing is missing.
+    MultiStorage take();
+
+ private:
+    MultiStorage _data;
+    std::uint64_t _missing;  // bytes
+    ChunkSource _source;
+    std::span<std::byte> _room;  // in the last chunk
 };
 
 // A multi field of a container: read here, written through an Edit (aspect.h).

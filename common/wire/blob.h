@@ -2,14 +2,10 @@
 
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <span>
-#include <unordered_map>
-#include <vector>
 
 #include "common/base/hash.h"
 #include "common/base/result.h"
-#include "common/scene/change_list.h"
 #include "common/scene/multi_field.h"
 
 namespace umbriel::wire {
@@ -29,25 +25,10 @@ struct Blob {
     MultiStorage data;
 };
 
-// XXH3-128 over the element size (4 bytes, little-endian) and the elements.
+// XXH3-128 over the element size, the size in bytes (8 bytes each, little-endian) and the hashes of all blocks of all
+// chunks (Chunk::blockHash, 16 bytes each, low word first): hashes that are kept, so that naming a content of gigabytes
+// again costs little.
 Hash128 hashOfBlob(const MultiStorage& data);
-
-// Remembers hashes of fields, so that a snapshot of a scene of gigabytes does not hash it all again. It keeps the
-// chunks it has hashed, by which it sees whether a field is still the same: a wrong answer is impossible. On one thread
-// at a time.
-class BlobHashes {
- public:
-    Hash128 hashOf(ContainerId id, std::uint32_t field, const MultiStorage& data);
-    // Lets go of the chunks of what these changes have changed or destroyed.
-    void forget(const ChangeList& changes);
-
- private:
-    struct Entry {
-        MultiStorage data;
-        Hash128 hash;
-    };
-    std::unordered_map<ContainerId, std::map<std::uint32_t, Entry>> _entries;
-};
 
 // Where a decoder finds the contents that a change list refers to.
 class BlobSource {
@@ -70,7 +51,7 @@ class BlobStore : public BlobSource {
 };
 
 // Puts a blob together from pieces in order, of any sizes, as they come from a peer. Takes no more memory than has
-// come.
+// come, but for one slab of chunks (2 MiB).
 class BlobAssembler {
  public:
     // maxBytes: a larger blob is refused at the first piece.
@@ -78,17 +59,14 @@ class BlobAssembler {
 
     // An error when more comes than was announced.
     Result<void> add(std::span<const std::byte> piece);
-    bool complete() const { return _received == _ref.bytes; }
+    bool complete() const { return _data.missing() == 0; }
     // The blob, once complete; an error when its content does not bear its name.
     Result<Blob> finish();
 
  private:
     BlobRef _ref;
     std::uint64_t _maxBytes;
-    std::uint64_t _received = 0;
-    std::vector<std::byte> _partial;  // the first bytes of an element whose rest has not come
-    MultiStorage _data;
-    std::unique_ptr<Hasher128> _hasher;  // of what came, while it is in the processor's cache
+    MultiBuilder _data;
 };
 
 }  // namespace umbriel::wire

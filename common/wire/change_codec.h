@@ -36,7 +36,6 @@ struct EncodeOptions {
     bool includeUnshipped = false;           // types that stay on the client, too (from an import child process)
     std::size_t blobThreshold = 32 * 1024;   // multi fields of so many bytes, written as a whole, become blobs
     std::size_t maxPartBytes = 1024 * 1024;  // at least 512; one text alone may need up to kMaxTextBytes more
-    BlobHashes* hashes = nullptr;            // remembers what was hashed before; may be null
 };
 
 struct EncodedChanges {

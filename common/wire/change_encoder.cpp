@@ -127,8 +127,7 @@ class Encoder {
 
     void encodeBlob(std::uint32_t field, const MultiStorage& data) {
         makeRoom(kMultiFraming + kBlobFraming);
-        const Hash128 hash =
-            _options.hashes ? _options.hashes->hashOf(_container->id(), field, data) : hashOfBlob(data);
+        const Hash128 hash = hashOfBlob(data);
         const BlobRef ref{hash, data.elementSize(), data.byteSize()};
         if (_known.insert(hash).second) _result.blobs.push_back({ref, data});
         auto place = std::find(_table.begin(), _table.end(), ref);

@@ -300,7 +300,6 @@ class Simulation final : public ModelServer::Observer {
     wire::EncodedChanges encode(const ChangeList& changes) {
         wire::EncodeOptions encoding;
         encoding.maxPartBytes = 16 * 1024;
-        encoding.hashes = &_hashes;
         auto encoded = wire::encodeChanges(changes, _scene, encoding);
         std::uint64_t bytes = encoded.bytes();
         for (const wire::Blob& blob : encoded.blobs) bytes += blob.data.byteSize();
@@ -313,7 +312,6 @@ class Simulation final : public ModelServer::Observer {
         const bool first = _digests.empty();
         ChangeList changes = _scene.commit();
         _digest.update(changes, _scene);
-        _hashes.forget(changes);
         if (first) changes = _scene.snapshot();
         auto encoded = encode(changes);
         protocol::OutgoingFrame frame;
@@ -519,7 +517,6 @@ class Simulation final : public ModelServer::Observer {
     IdSource _ids;
     Aspect _scene;
     StateDigest _digest;
-    wire::BlobHashes _hashes;
     wire::Bytes _views = wire::encodeViews(WallViews{});
     std::vector<Ref<Transform>> _transforms;
     std::vector<Ref<Geometry>> _geometries;

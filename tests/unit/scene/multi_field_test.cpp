@@ -67,6 +67,17 @@ TEST(MultiStorage, growingByMuchTakesOneChunkUntilItIsWritten) {
     EXPECT_EQ(sum, 1u);
 }
 
+// Every block bears the hash of its bytes, whichever of them were kept from before.
+bool hashesAreRight(const MultiStorage& storage) {
+    for (std::size_t i = 0; i < storage.chunkCount(); ++i)
+        for (std::size_t block = 0; block < storage.blocksOfChunk(i); ++block) {
+            const auto rest = storage.chunk(i).subspan(block * Chunk::kBlockBytes);
+            if (storage.blockHash(i, block) != hash128(rest.first(std::min(rest.size(), Chunk::kBlockBytes))))
+                return false;
+        }
+    return true;
+}
+
 // Against a plain vector, with copies that must not notice what happens to the original.
 RC_GTEST_PROP(MultiStorage, behavesLikeAVectorOfItsBytes, (std::uint64_t seed)) {
     test::Random random(seed);
@@ -107,8 +118,44 @@ RC_GTEST_PROP(MultiStorage, behavesLikeAVectorOfItsBytes, (std::uint64_t seed)) 
         }
         RC_ASSERT(contentOf(storage) == model);
         RC_ASSERT(storage.holds(0, model));
-        for (const auto& [copy, bytes] : copies) RC_ASSERT(contentOf(copy) == bytes);
+        if (random.below(3) != 0) RC_ASSERT(hashesAreRight(storage));
+        for (const auto& [copy, bytes] : copies) RC_ASSERT(contentOf(copy) == bytes && hashesAreRight(copy));
+        MultiBuilder builder(elementSize, model.size());
+        for (std::size_t at = 0; at < model.size();) {
+            const std::size_t count = std::min<std::size_t>(1 + random.below(20'000), model.size() - at);
+            builder.add(std::span(model).subspan(at, count));
+            at += count;
+        }
+        RC_ASSERT(builder.missing() == 0u);
+        const MultiStorage built = builder.take();
+        RC_ASSERT(built.equals(storage) && hashesAreRight(built));
     }
+}
+
+TEST(MultiStorage, aLargeContentIsFilledInPlaceAndOutlivesItsBuilder) {
+    constexpr std::size_t kBytes = 5'000'004;
+    const auto valueAt = [](std::size_t i) { return static_cast<std::byte>(i * 7 + i / 251); };
+    MultiStorage kept(12);
+    {
+        MultiBuilder builder(12, kBytes);
+        for (std::size_t at = 0; builder.missing() > 0;) {
+            const auto room = builder.room();
+            const std::size_t count = std::min<std::size_t>(room.size(), 5000);
+            for (std::size_t i = 0; i < count; ++i) room[i] = valueAt(at++);
+            builder.filled(count);
+        }
+        EXPECT_TRUE(builder.room().empty());
+        MultiStorage whole = builder.take();
+        EXPECT_EQ(whole.byteSize(), kBytes);
+        kept.resize(whole.size());
+        kept.copyFrom(whole, 1365, whole.size() - 1365);
+        const std::array<std::byte, 12> other{};
+        whole.write(2000, other);  // in a chunk that the copy shares
+    }
+    std::size_t wrong = 0;
+    for (std::size_t i = 1365 * 12; i < kBytes; ++i) wrong += kept.element(i / 12)[i % 12] != valueAt(i);
+    EXPECT_EQ(wrong, 0u);
+    EXPECT_TRUE(hashesAreRight(kept));
 }
 
 RC_GTEST_PROP(IndexRanges, areTheSetOfWhatWasAdded,

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "common/scene/animation.h"
 #include "tests/unit/wire/twin.h"
 
@@ -275,16 +277,27 @@ TEST_F(ChangeCodec, blobsArePutTogetherFromPiecesOfAnySize) {
     EXPECT_FALSE(BlobAssembler({{}, 12, 10}, 100).add({}).has_value());
 }
 
-TEST_F(ChangeCodec, hashesOfFieldsAreRememberedButNeverStale) {
-    BlobHashes hashes;
+TEST_F(ChangeCodec, theNameOfAContentFollowsEveryEdit) {
     const auto every = client.create<EveryKind>();
     client.edit(every).assign<&EveryKind::dwords>(std::vector<std::uint32_t>(100'000, 5u));
     const MultiStorage& data = client.get(every).dwords.storage();
+    std::set<Hash128> names = {hashOfBlob(data)};
     for (std::uint32_t i = 0; i < 20; ++i) {
-        EXPECT_EQ(hashes.hashOf(every.id, 1, data), hashOfBlob(data));
-        client.edit(every).setElement<&EveryKind::dwords>(i * 5000, i);
-        if (i % 3 == 0) hashes.forget(client.commit());
+        client.edit(every).setElement<&EveryKind::dwords>(i * 5000, i + 10);
+        if (i % 3 == 0) client.commit();
+        MultiStorage fresh(4);
+        fresh.resize(data.size());
+        const auto values = client.get(every).dwords.toVector();
+        fresh.write(0, std::as_bytes(std::span(values)));
+        EXPECT_EQ(hashOfBlob(data), hashOfBlob(fresh));
+        EXPECT_TRUE(names.insert(hashOfBlob(data)).second);
     }
+    // Zeros are counted: a content is not the same with one more.
+    MultiStorage longer(4);
+    MultiStorage shorter(4);
+    longer.resize(9);
+    shorter.resize(8);
+    EXPECT_NE(hashOfBlob(longer), hashOfBlob(shorter));
     // Equal bytes cut into other elements are another blob.
     MultiStorage bytes(1);
     MultiStorage words(2);

@@ -26,12 +26,10 @@ struct Session {
         EncodeOptions options;
         options.maxPartBytes = random.below(2) == 0 ? 512 + random.below(4096) : 1024 * 1024;
         options.blobThreshold = random.below(2) == 0 ? 256 : 32 * 1024;
-        options.hashes = random.below(2) == 0 ? &hashes : nullptr;
         return options;
     }
     void ship(Twin& server, Random& random) {
         const ChangeList changes = client.commit();
-        hashes.forget(changes);
         digest.update(changes, client);
         server.receive(encodeChanges(changes, client, options(random)));
     }
@@ -40,7 +38,6 @@ struct Session {
     Aspect client;
     RandomEditor editor;
     StateDigest digest;
-    BlobHashes hashes;
 };
 
 TypeRegistry allTypes() {
@@ -99,7 +96,6 @@ TEST(ChangeProperty, thousandsOfSequencesOnLargerGraphs) {
         for (std::size_t list = 1 + random.below(3); list > 0; --list) {
             for (std::size_t edit = random.below(30); edit > 0; --edit) session->editor.step(random.next());
             const ChangeList changes = session->client.commit();
-            session->hashes.forget(changes);
             session->digest.update(changes, session->client);
             const EncodedChanges encoded = encodeChanges(changes, session->client, session->options(random));
             early->receive(encoded);
