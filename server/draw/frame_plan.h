@@ -51,6 +51,13 @@ enum class Feature : std::uint32_t {
     LightAmbient,       // lights that add to the ambient light
     LightHighlights,    // lights whose highlights have a colour of their own
     Shadows,
+    VertexShading,  // Gouraud's; without: in pixels
+    FlatShading,    // with VertexShading: the first vertex's colour
+    FlatMean,       // one colour a triangle, of its mean normal
+    FogLinear,
+    FogQuadratic,
+    FogExponential,
+    FogSquaredExponential,
     Count
 };
 inline constexpr std::uint32_t kFeatureCount = static_cast<std::uint32_t>(Feature::Count);
