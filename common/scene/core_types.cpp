@@ -34,6 +34,7 @@ void registerCoreTypes(TypeRegistry& types) {
     types.add<MatrixCamera>();
     types.add<StereoCameraDecorator>();
     types.add<TileCameraDecorator>();
+    types.add<Fog>();
     types.add<ColourBackground>();
     types.add<GradientBackground>();
     types.add<ImageBackground>();

@@ -52,6 +52,12 @@ struct LevelOfDetail : Container {
     static void declare(TypeBuilder<LevelOfDetail>& type) { type.field<&LevelOfDetail::ranges>("ranges"); }
 };
 
+// Where a geometry is shaded: in each pixel with the interpolated normal (Phong); at its vertices, colours interpolated
+// (Gouraud); once a triangle, at its first vertex (Flat) or at its centre with the mean of its normals (FlatMean).
+// Without normals all are flat, by the face normal.
+enum class ShadingFrequency : std::uint32_t { Phong, Gouraud, Flat, FlatMean };
+template <> inline constexpr std::uint32_t kEnumCount<ShadingFrequency> = 4;
+
 // Triangles. Vertex attributes are empty or as long as positions; indices are a list of triangles, three each. Normals
 // empty: the face normal is used (flat). Tangents: xyz and the bitangent's sign in w (glTF). Bounds are derived where
 // they are needed, never stored.
@@ -72,6 +78,7 @@ struct Geometry : Container {
     Multi<glm::vec3> morphPositions;
     Multi<glm::vec3> morphNormals;
     Multi<glm::vec3> morphTangents;
+    Single<ShadingFrequency> shading{ShadingFrequency::Phong};
 
     static void declare(TypeBuilder<Geometry>& type) {
         type.field<&Geometry::positions>("positions");
@@ -87,6 +94,7 @@ struct Geometry : Container {
         type.field<&Geometry::morphPositions>("morphPositions");
         type.field<&Geometry::morphNormals>("morphNormals");
         type.field<&Geometry::morphTangents>("morphTangents");
+        type.field<&Geometry::shading>("shading");
     }
 };
 

@@ -17,6 +17,30 @@ template <> inline constexpr std::uint32_t kEnumCount<ShadowMode> = 16;
 enum class ShadowFitMode : std::uint32_t { Union, Scene, PerView };
 template <> inline constexpr std::uint32_t kEnumCount<ShadowFitMode> = 3;
 
+// How much of a surface's own colour is left after a distance d from the eye (Euclidean, so that the walls of a CAVE
+// agree): (end - d) / (end - start); its square; exp(-density d); exp(-(density d)^2).
+enum class FogMode : std::uint32_t { Linear, Quadratic, Exponential, SquaredExponential };
+template <> inline constexpr std::uint32_t kEnumCount<FogMode> = 4;
+
+// Between the eye and every surface of a viewport, blended and unlit ones too. Backgrounds and foregrounds are without
+// distance and stay as they are.
+struct Fog : Container {
+    static constexpr std::string_view kTypeName = "Fog";
+    Single<FogMode> mode{FogMode::SquaredExponential};
+    Single<glm::vec3> colour{glm::vec3(0.5f)};  // radiance
+    Single<float> start{0.0f};                  // metres, linear and quadratic; from `end` on there is only fog
+    Single<float> end{100.0f};
+    Single<float> density{0.02f};               // 1/m, exponential
+
+    static void declare(TypeBuilder<Fog>& type) {
+        type.field<&Fog::mode>("mode");
+        type.field<&Fog::colour>("colour");
+        type.field<&Fog::start>("start");
+        type.field<&Fog::end>("end");
+        type.field<&Fog::density>("density");
+    }
+};
+
 struct ColourBackground : Container {
     static constexpr std::string_view kTypeName = "ColourBackground";
     Single<glm::vec4> colour{glm::vec4(0.0f)};  // linear, associated alpha
@@ -85,6 +109,7 @@ struct Viewport : Container {
     Single<Ref<Node>> root;
     Single<Ref<Container>> camera;
     Single<Ref<Container>> background;
+    Single<Ref<Fog>> fog;
     Multi<Ref<Container>> foregrounds;  // drawn in this order
     Single<ShadowMode> shadowMode{ShadowMode::None};
     Single<bool> shadowOn{true};
@@ -117,6 +142,7 @@ struct Viewport : Container {
         type.field<&Viewport::root>("root");
         type.field<&Viewport::camera>("camera");
         type.field<&Viewport::background>("background");
+        type.field<&Viewport::fog>("fog");
         type.field<&Viewport::foregrounds>("foregrounds");
         type.field<&Viewport::shadowMode>("shadowMode");
         type.field<&Viewport::shadowOn>("shadowOn");

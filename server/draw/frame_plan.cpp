@@ -48,6 +48,13 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_ARTIST_ATTENUATION", "attenuation"},
     {"FEATURE_LIGHT_AMBIENT", "light-ambient"},
     {"FEATURE_LIGHT_HIGHLIGHTS", "light-highlights"},
+    {"FEATURE_VERTEX_SHADING", "vertex-shading"},
+    {"FEATURE_FLAT_SHADING", "flat"},
+    {"FEATURE_FLAT_MEAN", "flat-mean"},
+    {"FEATURE_FOG_LINEAR", "linear-fog"},
+    {"FEATURE_FOG_QUADRATIC", "quadratic-fog"},
+    {"FEATURE_FOG_EXPONENTIAL", "exponential-fog"},
+    {"FEATURE_FOG_SQUARED_EXPONENTIAL", "squared-exponential-fog"},
     {"FEATURE_SHADOWS", "shadows"},
     {"FEATURE_SHADOW_WARP", "warped-maps"},
 };

@@ -51,6 +51,13 @@ enum class Feature : std::uint32_t {
     ArtistAttenuation,  // beside 1/d^2
     LightAmbient,       // lights that add to the ambient light
     LightHighlights,    // lights whose highlights have a colour of their own
+    VertexShading,      // Gouraud's; without: in pixels
+    FlatShading,        // with VertexShading: the first vertex's colour
+    FlatMean,           // one colour a triangle, of its mean normal
+    FogLinear,
+    FogQuadratic,
+    FogExponential,
+    FogSquaredExponential,
     Shadows,  // from here on, those of ShadowFeature, in its order
     ShadowWarp,
     Count

@@ -74,6 +74,8 @@ Result<void> GpuGeometry::build(const Geometry& geometry) {
     _faceNormalTexture = {};
     _primitiveTable = {};
     _primitiveTexture = {};
+    _flatFaces = {};
+    _flatFaceTexture = {};
     _attributes = 0;
     _vertexArray = gl::VertexArray::create();
 
@@ -132,6 +134,7 @@ Result<void> GpuGeometry::build(const Geometry& geometry) {
     }
     if (auto built = buildTangents(geometry); !built) return built;
     if (auto built = buildFaceNormals(geometry); !built) return built;
+    if (auto built = buildFlatFaces(geometry); !built) return built;
     return buildPrimitives();
 }
 
@@ -182,6 +185,32 @@ Result<void> GpuGeometry::buildFaceNormals(const Geometry& geometry) {
     return gl::checkError("a table of face normals");
 }
 
+Result<void> GpuGeometry::buildFlatFaces(const Geometry& geometry) {
+    if (!_needs.flatFaces || _triangles == 0 || geometry.normals.size() != _vertices) return {};
+    const std::vector<glm::vec3> positions = sanitisedPositions(geometry);
+    std::vector<glm::vec3> normals = geometry.normals.toVector();
+    sanitise({&normals[0].x, normals.size() * 3});
+    std::vector<glm::vec3> faces;
+    faces.reserve(std::size_t{_triangles} * 2);
+    for (std::size_t i = 0; i < _triangles; ++i) {
+        glm::dvec3 centre(0.0);
+        glm::dvec3 normal(0.0);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t vertex = indexAt(geometry, 3 * i + k);
+            centre += glm::dvec3(positions[vertex]) / 3.0;
+            normal += glm::dvec3(normals[vertex]) / 3.0;
+        }
+        faces.push_back(glm::vec3(centre));
+        faces.push_back(glm::vec3(normal));
+    }
+    auto buffer = gl::Buffer::create(std::as_bytes(std::span(faces)));
+    if (!buffer) return buffer.error();
+    _flatFaces = std::move(*buffer);
+    _uploadedBytes += faces.size() * sizeof(glm::vec3);
+    _flatFaceTexture = BufferTexture(_flatFaces, GL_RGB32F);
+    return gl::checkError("a table of flat faces");
+}
+
 Result<void> GpuGeometry::buildPrimitives() {
     if (!_needs.primitives || _primitives.empty()) return {};
     auto buffer = gl::Buffer::create(std::as_bytes(std::span(_primitives)));
@@ -200,6 +229,8 @@ Result<void> GpuGeometry::require(const Geometry& geometry, const Needs& needs) 
     _needs.keepOrder |= needs.keepOrder;
     _needs.faceNormals |= needs.faceNormals;
     _needs.primitives |= needs.primitives;
+    const bool flatFaces = needs.flatFaces && !_needs.flatFaces;
+    _needs.flatFaces |= needs.flatFaces;
     if (tangents) {
         _needs.tangents = true;
         _needs.tangentSet = needs.tangentSet;
@@ -209,6 +240,8 @@ Result<void> GpuGeometry::require(const Geometry& geometry, const Needs& needs) 
         if (auto built = buildTangents(geometry); !built) return built;
     if (faceNormals)
         if (auto built = buildFaceNormals(geometry); !built) return built;
+    if (flatFaces)
+        if (auto built = buildFlatFaces(geometry); !built) return built;
     if (primitives) return buildPrimitives();
     return {};
 }
@@ -248,6 +281,8 @@ Result<void> GpuGeometry::update(const Geometry& geometry, std::span<const Multi
         }
     }
     if (const MultiChange* moved = changeOf(geometry, changes, "positions")) updateTriangles(geometry, moved->touched);
+    if (!changes.empty())
+        if (auto built = buildFlatFaces(geometry); !built) return built;
     return gl::checkError("changed vertices");
 }
 
@@ -316,7 +351,8 @@ void GpuGeometry::setClusterBoxes(std::span<const Box> boxes) {
 
 std::uint64_t GpuGeometry::bytes() const {
     return _positions.size() + _normals.size() + _tangents.size() + _colours.size() + _texCoords0.size() +
-           _texCoords1.size() + _indices.size() + _firstTriangles.size() + _faceNormals.size() + _primitiveTable.size();
+           _texCoords1.size() + _indices.size() + _firstTriangles.size() + _faceNormals.size() + _primitiveTable.size() +
+           _flatFaces.size();
 }
 
 }  // namespace umbriel

@@ -40,6 +40,7 @@ class GpuGeometry {
         bool tangents = false;     // a normal map
         std::uint32_t tangentSet = 0;
         bool primitives = false;  // the ids layer
+        bool flatFaces = false;   // ShadingFrequency::FlatMean
     };
 
     // Error: the driver is out of memory.
@@ -58,6 +59,8 @@ class GpuGeometry {
     const gl::VertexArray& vertexArray() const { return _vertexArray; }
     const BufferTexture& faceNormals() const { return _faceNormalTexture; }
     const BufferTexture& primitives() const { return _primitiveTexture; }
+    // Two texels a triangle: its centre and the mean of its normals, object space.
+    const BufferTexture& flatFaces() const { return _flatFaceTexture; }
     // True when drawing needs the table of original triangle numbers (ids layer).
     bool isReordered() const { return !_primitives.empty(); }
     // For what computes vertices on the GPU (deformer.h): empty buffers for what there is not.
@@ -82,6 +85,7 @@ class GpuGeometry {
     Result<void> buildFaceNormals(const Geometry& geometry);
     Result<void> buildTangents(const Geometry& geometry);
     Result<void> buildPrimitives();
+    Result<void> buildFlatFaces(const Geometry& geometry);
     Result<gl::Buffer> bufferOf(const MultiStorage& storage, bool dynamic, std::vector<float>* kept = nullptr);
     void attach(VertexLocation location, const gl::Buffer& buffer, GLint components);
     void updateTriangles(const Geometry& geometry, const IndexRanges& vertices);
@@ -99,8 +103,8 @@ class GpuGeometry {
     std::vector<std::uint32_t> _firstOfVertex;
     std::vector<std::uint32_t> _trianglesOfVertex;
     gl::Buffer _positions, _normals, _tangents, _colours, _texCoords0, _texCoords1;
-    gl::Buffer _indices, _firstTriangles, _faceNormals, _primitiveTable;
-    BufferTexture _faceNormalTexture, _primitiveTexture;
+    gl::Buffer _indices, _firstTriangles, _faceNormals, _primitiveTable, _flatFaces;
+    BufferTexture _faceNormalTexture, _primitiveTexture, _flatFaceTexture;
     gl::VertexArray _vertexArray;
     std::uint64_t _uploadedBytes = 0;
 };

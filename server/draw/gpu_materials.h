@@ -22,7 +22,8 @@ enum class TextureUnit : GLuint {
     Specular,
     ShadowMaps,
     FaceNormals,
-    Primitives
+    Primitives,
+    FlatFaces
 };
 inline constexpr std::size_t kMaterialTextures = 6;
 

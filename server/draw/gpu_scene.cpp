@@ -36,15 +36,51 @@ FeatureSet withTexCoords(FeatureSet features, const GpuMaterial& material, Featu
     return features;
 }
 
-FeatureSet surfaceFeatures(const GpuMaterial& material, FeatureSet attributes, const LightList::Run& run) {
+// Lights with a shadow that Gouraud's shading carries from the vertices to the pixels; a surface that more of them
+// reach is shaded in pixels. kShadowedLights of shaders/snippet.
+constexpr std::uint32_t kVertexShadows = 4;
+
+// How a lit geometry with normals is shaded.
+FeatureSet frequencyFeatures(ShadingFrequency frequency, const GpuMaterial& material, const LightList::Run& run) {
+    switch (frequency) {
+        case ShadingFrequency::Phong:
+            return 0;
+        case ShadingFrequency::FlatMean:
+            return bit(Feature::FlatMean);
+        case ShadingFrequency::Gouraud:
+        case ShadingFrequency::Flat:
+            break;
+    }
+    if (run.shadows > kVertexShadows) return 0;
+    // A vertex does not know which of its sides will be seen.
+    return bit(Feature::VertexShading) | (material.features & bit(Feature::DoubleSided)) |
+           (frequency == ShadingFrequency::Flat ? bit(Feature::FlatShading) : 0);
+}
+
+FeatureSet surfaceFeatures(const GpuMaterial& material, FeatureSet attributes, const LightList::Run& run,
+                           ShadingFrequency shading) {
+    const bool isLit = (material.features & kLit) != 0;
+    const FeatureSet frequency =
+        isLit && has(attributes, Feature::VertexNormals) ? frequencyFeatures(shading, material, run) : 0;
     FeatureSet features = material.features & ~bit(Feature::DoubleSided);  // a state, not code
-    if (!has(attributes, Feature::VertexTangents)) features &= ~bit(Feature::NormalTexture);
+    if (frequency != 0 || !has(attributes, Feature::VertexTangents)) features &= ~bit(Feature::NormalTexture);
+    // Between vertices only the base colour and emission have texels (OpenGL's modulation).
+    if (has(frequency, Feature::VertexShading))
+        features &=
+            ~(bit(Feature::MetallicRoughnessTexture) | bit(Feature::SpecularTexture) | bit(Feature::OcclusionTexture));
     features = withTexCoords(features, material, attributes) | (attributes & bit(Feature::VertexColours));
-    if ((features & kLit) == 0) return features;
-    features |= run.features | (attributes & bit(Feature::VertexNormals));
+    if (!isLit) return features;
+    features |= run.features | (attributes & bit(Feature::VertexNormals)) | frequency;
     if (has(features, Feature::NormalTexture)) features |= bit(Feature::VertexTangents);
     if (material.wantsTangents) features |= attributes & bit(Feature::VertexTangents);
     return features;
+}
+
+FeatureSet fogFeature(const Fog* fog) {
+    if (!fog) return 0;
+    constexpr Feature kModes[kEnumCount<FogMode>] = {Feature::FogLinear, Feature::FogQuadratic, Feature::FogExponential,
+                                                     Feature::FogSquaredExponential};
+    return bit(kModes[static_cast<std::uint32_t>(fog->mode.get())]);
 }
 
 // Only the silhouette matters; and for light factors, the lights.
@@ -181,6 +217,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
     if (!result.viewport) return result;
     const Viewport& viewport = *result.viewport;
     SceneTree& tree = treeOf(scene, viewport.root.get().id);
+    result.fog = scene.findAs<Fog>(viewport.fog.get().id);
     result.lights = listLights(scene, tree, view, &viewport);
     const std::vector<std::uint8_t> hidden =
         tree.hasLevelsOfDetail() ? tree.hiddenByDetail(scene, view.eyeWorld) : std::vector<std::uint8_t>();
@@ -202,9 +239,11 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         needs.keepOrder = has(materialFeatures, Feature::AlphaBlend);
         needs.faceNormals =
             wantsLayers || (isLit && (has(run.features, Feature::Shadows) || geometry->normals.empty() ||
+                                      geometry->shading.get() == ShadingFrequency::FlatMean ||
                                       geometry->normals.size() != geometry->positions.size()));
         needs.tangents = has(materialFeatures, Feature::NormalTexture) || item.material->wantsTangents;
         needs.tangentSet = item.material->texCoordSets[static_cast<std::size_t>(TextureUnit::Normal)];
+        needs.flatFaces = isLit && geometry->shading.get() == ShadingFrequency::FlatMean;
         needs.primitives = (layers & static_cast<std::uint32_t>(Layer::Ids)) != 0;
         Placement placement = tree.entries()[source.entry].world;
         if (source.deformation) {
@@ -222,7 +261,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         if (!item.geometry || item.geometry->triangles() == 0) continue;
 
         const FeatureSet attributes = item.geometry->attributes();
-        item.features = surfaceFeatures(*item.material, attributes, run);
+        item.features = surfaceFeatures(*item.material, attributes, run, geometry->shading) | fogFeature(result.fog);
         item.casterFeatures = maskFeatures(*item.material, attributes);
         item.layerFeatures = item.casterFeatures;
         if (wantsFactors) item.layerFeatures |= run.features & ~bit(Feature::AmbientLights);

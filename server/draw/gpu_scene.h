@@ -37,6 +37,7 @@ struct SurfaceItem {
 struct ViewScene {
     const View* view = nullptr;
     const Viewport* viewport = nullptr;  // null: nothing to draw
+    const Fog* fog = nullptr;  // null: clear air
     LightList lights;
     std::vector<SurfaceItem> items;  // opaque and cut out first, roughly front to back; then blended, back to front
     std::size_t opaqueItems = 0;

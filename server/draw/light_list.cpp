@@ -180,7 +180,10 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
         for (const std::uint32_t light : set) {
             run.ambient += ambient[light];
             run.features |= features[light];
-            if (listed[light] >= 0) list.indices.push_back(static_cast<std::uint32_t>(listed[light]));
+            if (listed[light] < 0) continue;
+            const auto index = static_cast<std::uint32_t>(listed[light]);
+            list.indices.push_back(index);
+            if (list.lights[index].shadowIndex >= 0) ++run.shadows;
         }
         run.count = static_cast<std::uint32_t>(list.indices.size()) - run.first;
         list.runs.push_back(run);

@@ -18,6 +18,7 @@ struct LightList {
     struct Run {
         std::uint32_t first = 0;
         std::uint32_t count = 0;
+        std::uint32_t shadows = 0;  // of these, with a shadow
         glm::vec3 ambient{0.0f};
         FeatureSet features = 0;  // the light kinds among them, Shadows
     };

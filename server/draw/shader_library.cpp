@@ -13,6 +13,9 @@ std::vector<gl::ShaderDefine> definesOf(FeatureSet features) {
     return defines;
 }
 
+constexpr std::string_view kVertexShading = "snippet/vertex_shading.glsl";
+constexpr std::string_view kPixelShading = "snippet/vertex_shading_none.glsl";
+
 // A file to be included by the name of a define.
 gl::ShaderDefine including(std::string name, std::string_view file) {
     return {std::move(name), '"' + std::string(file) + '"'};
@@ -46,6 +49,8 @@ Result<const gl::Program*> ShaderLibrary::find(const Stages& stages, const std::
 Result<const gl::Program*> ShaderLibrary::surface(FeatureSet features) {
     std::vector<gl::ShaderDefine> defines = definesOf(features);
     defines.push_back(including("REFLECTION_MODEL", reflectionSnippet(features)));
+    defines.push_back(
+        including("VERTEX_SHADING", has(features, Feature::VertexShading) ? kVertexShading : kPixelShading));
     return find({"stage/surface.vert.glsl", "stage/surface.frag.glsl", ""}, defines);
 }
 
@@ -63,6 +68,7 @@ Result<const gl::Program*> ShaderLibrary::layers(FeatureSet features, std::uint3
         for (const auto& [layer, name] : names)
             if (layers & static_cast<std::uint32_t>(layer)) defines.push_back({name, std::to_string(location++)});
     }
+    defines.push_back(including("VERTEX_SHADING", kPixelShading));
     return find({"stage/surface.vert.glsl", "stage/layers.frag.glsl", ""}, defines);
 }
 

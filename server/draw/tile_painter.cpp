@@ -16,6 +16,8 @@ struct FrameBlock {
     glm::vec4 shadowColour;
     glm::vec4 region;
     glm::vec4 wallOrigin;
+    glm::vec4 fog;
+    glm::vec4 fogColour;
 };
 
 void setLightRun(const gl::Program& program, const LightList::Run& run) {
@@ -56,6 +58,8 @@ void TilePainter::beginFrame() {
     // Depth from 1 at the near plane to 0 at infinity, in floating point: precise at every distance.
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glCullFace(GL_BACK);
+    // Flat shading takes the colour of a triangle's first vertex.
+    glProvokingVertex(GL_FIRST_VERTEX_CONVENTION);
     glDisable(GL_BLEND);
     glDisable(GL_DEPTH_CLAMP);
     glDisable(GL_POLYGON_OFFSET_FILL);
@@ -102,6 +106,10 @@ void TilePainter::bindView(const ViewPainting& painting) {
         glm::vec4(painting.scene.viewport ? painting.scene.viewport->shadowColor.get() : glm::vec3(0), 0);
     block.region = glm::vec4(view.region.x, view.region.y, view.region.width, view.region.height);
     block.wallOrigin = glm::vec4(origin.x, origin.y, 0.0f, 0.0f);
+    if (const Fog* fog = painting.scene.fog) {
+        block.fog = glm::vec4(fog->start, fog->end, fog->density, 0.0f);
+        block.fogColour = glm::vec4(fog->colour.get(), 0.0f);
+    }
     if (!_frame.set(std::as_bytes(std::span(&block, 1)))) return;
     _frame.buffer().bindRange(GL_UNIFORM_BUFFER, kFrameBinding, 0, sizeof(FrameBlock));
     glViewportIndexedf(0, static_cast<float>(viewport.x), static_cast<float>(viewport.y),
@@ -194,6 +202,8 @@ Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painti
                         setSides(item);
                         if (item.geometry->faceNormals())
                             item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
+                        if (has(item.features, Feature::FlatMean))
+                            item.geometry->flatFaces().bind(static_cast<GLuint>(TextureUnit::FlatFaces));
                         if (material == item.material) return {};
                         material = item.material;
                         return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());

@@ -11,6 +11,12 @@ FORMULA_FN Real fogLinear(Real meters, Real start, Real end) {
     return saturate((end - meters) / (end - start));
 }
 
+// Its square: the fog comes quickly at first and thickens slowly, as with exp, but is complete at `end`.
+FORMULA_FN Real fogQuadratic(Real meters, Real start, Real end) {
+    Real left = fogLinear(meters, start, end);
+    return left * left;
+}
+
 // exp(-density d).
 FORMULA_FN Real fogExponential(Real meters, Real density) {
     // exp(-200) is 0 in float, and as good as that in double.

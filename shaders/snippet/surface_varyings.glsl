@@ -1,4 +1,12 @@
 // Between stage/surface.vert.glsl and the fragment stages; VARYING is `out` or `in`.
+#ifdef FEATURE_VERTEX_SHADING
+const int kShadowedLights = 4;  // kVertexShadows of server/draw
+#ifdef FEATURE_FLAT_SHADING
+#define SHADED flat  // the colour of a triangle's first vertex
+#else
+#define SHADED smooth
+#endif
+#endif
 VARYING Surface {
     vec3 relative;
 #ifdef FEATURE_VERTEX_NORMALS
@@ -17,4 +25,16 @@ VARYING Surface {
     vec2 texCoords1;
 #endif
     flat uint firstTriangle;
+#ifdef FEATURE_VERTEX_SHADING
+    SHADED vec3 radiance;
+#ifdef FEATURE_SHADOWS
+    SHADED vec3 shadowed[kShadowedLights];  // of each light with a shadow, before it
+#endif
+#ifdef FEATURE_DOUBLE_SIDED
+    SHADED vec3 radianceBehind;
+#ifdef FEATURE_SHADOWS
+    SHADED vec3 shadowedBehind[kShadowedLights];
+#endif
+#endif
+#endif
 } surface;

@@ -5,6 +5,8 @@
 #include "snippet/surface_frame.glsl"
 #include REFLECTION_MODEL
 #include "snippet/light_sum.glsl"
+#include "snippet/interpolated_shading.glsl"
+#include "snippet/fog.glsl"
 #include "formula/metallic_roughness.glsl"
 #include "formula/normal_map.glsl"
 
@@ -32,8 +34,18 @@ vec3 reflectedRadiance(vec3 factor, vec3 texel) {
 #else
     vec3 faceNormal = vec3(0.0, 0.0, 1.0);
 #endif
+#ifdef FEATURE_VERTEX_SHADING
+    return interpolatedRadiance(faceNormal) * texel;
+#else
+    vec3 place = surface.relative;
+#ifdef FEATURE_FLAT_MEAN
+    vec3 normal;
+    flatFace(place, normal);
+    normal *= side;
+#else
     vec3 normal = shadingNormal(faceNormal, side);
-    vec3 toEye = directionToEye();
+#endif
+    vec3 toEye = directionToEye(place);
     float occlusion = 1.0;
 #ifdef FEATURE_OCCLUSION_TEXTURE
     occlusion = occlusionFactor(SAMPLE(occlusionTexture, 3).r, material.metallicRoughness.w);
@@ -44,13 +56,14 @@ vec3 reflectedRadiance(vec3 factor, vec3 texel) {
     for (uint i = 0u; i < lightRun.y; ++i) {
         GpuLight light = lights[lightList[lightRun.x + i]];
         vec3 toLight;
-        vec3 contribution = lightTerm(light, reflection, surface.relative, normal, toEye, toLight, radiance);
+        vec3 contribution = lightTerm(light, reflection, place, normal, toEye, toLight, radiance);
         // Where nothing arrives, no map needs to be asked.
         if (any(greaterThan(contribution, vec3(0.0))))
             radiance += contribution * shadowTint(light, surface.relative, faceNormal, toLight);
     }
 #endif
     return radiance;
+#endif
 }
 #endif
 
@@ -63,6 +76,7 @@ void main() {
 #else
     vec3 radiance = base.rgb;
 #endif
+    radiance = throughFog(radiance, surface.relative);
 
 #if defined(FEATURE_ALPHA_BLEND)
     colourOut = vec4(radiance * base.a, base.a);

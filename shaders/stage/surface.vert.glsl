@@ -2,6 +2,8 @@
 #define VARYING out
 #include "snippet/surface_varyings.glsl"
 
+#include VERTEX_SHADING
+
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 tangent;
@@ -32,5 +34,6 @@ void main() {
     surface.texCoords1 = texCoords1;
 #endif
     surface.firstTriangle = firstTriangle;
+    shadeVertex();
     gl_Position = frame.clipFromRelative * vec4(relative.xyz, 1.0);
 }

@@ -1,0 +1,2 @@
+// Shading in pixels: nothing to do for a vertex.
+void shadeVertex() {}
