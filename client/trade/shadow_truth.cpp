@@ -65,13 +65,21 @@ Ray toSample(const TruthLight& light, const Ray& middle, const Axes& axes, const
     return {middle.direction + axes.u * at.x + axes.v * at.y, middle.farDistance};
 }
 
-// The order of strata: those with even column and row first, a quarter of all.
-std::vector<glm::ivec2> strataOf(int side) {
-    std::vector<glm::ivec2> strata;
-    for (const bool first : {true, false})
+struct Strata {
+    std::vector<glm::ivec2> places;
+    std::size_t first = 0;  // how many of them come first
+};
+// First the rim, which any edge that enters the disc crosses, and a ninth of what is within it.
+Strata strataOf(int side) {
+    Strata strata;
+    for (const bool first : {true, false}) {
         for (int y = 0; y < side; ++y)
-            for (int x = 0; x < side; ++x)
-                if ((x % 2 == 0 && y % 2 == 0) == first) strata.emplace_back(x, y);
+            for (int x = 0; x < side; ++x) {
+                const bool rim = std::min(x, y) == 0 || std::max(x, y) == side - 1;
+                if ((rim || (x % 3 == 1 && y % 3 == 1)) == first) strata.places.emplace_back(x, y);
+            }
+        if (first) strata.first = strata.places.size();
+    }
     return strata;
 }
 
@@ -88,9 +96,8 @@ std::vector<float> shadowTruth(const ShadowScene& scene, const SurfacePoints& po
     const TruthLight& light = scene.lights()[lightIndex];
     if (!light.castsShadow) return factors;
     const int side = std::clamp(options.lightSamplesPerSide, 1, 256);
-    const std::vector<glm::ivec2> strata = strataOf(side);
-    const std::size_t firstRound = std::min<std::size_t>(strata.size(), static_cast<std::size_t>((side + 1) / 2 * ((side + 1) / 2)));
-    forEachRow(points.height, options.threads, [&](int y) {
+    const auto [strata, firstRound] = strataOf(side);
+    forEachRow(points.height, options.threads, [&, &strata = strata, firstRound = firstRound](int y) {
         std::vector<Ray> rays(strata.size());
         std::vector<std::uint8_t> hits(strata.size());
         for (int x = 0; x < points.width; ++x) {

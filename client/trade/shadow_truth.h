@@ -9,8 +9,8 @@
 namespace umbriel {
 
 struct TruthOptions {
-    // Rays to an area light: a square of strata, jittered by the pixel's number. Where the 64 that come first agree the
-    // others are not traced.
+    // Rays to an area light: a square of strata, jittered by the pixel's number. Where those on the rim and a ninth of
+    // the others (85 of 16 x 16) agree, the rest are not traced.
     int lightSamplesPerSide = 16;
     int threads = 0;  // 0: all processors; the result does not depend on it
 };
