@@ -182,7 +182,44 @@ class ConnectedCluster final : public Cluster {
 
     std::vector<std::string> serverDescriptions() const override { return _descriptions; }
 
+    protocol::JobPort& jobs() override { return _jobs; }
+
  private:
+    class Jobs final : public protocol::JobPort {
+     public:
+        explicit Jobs(ConnectedCluster& cluster) : _cluster(cluster) {}
+        std::size_t serverCount() const override { return _cluster._addresses.size(); }
+        void provide(std::vector<wire::Blob> blobs) override {
+            // A function that is posted must be copyable.
+            post([this, shared = std::make_shared<std::vector<wire::Blob>>(std::move(blobs))] {
+                client().provideBlobs(std::move(*shared));
+            });
+        }
+        void offer(protocol::JobPeer peer, protocol::JobRequest request) override {
+            post([this, peer, request = std::move(request)] { client().offerJob(peer, request); });
+        }
+        void cancel(protocol::JobPeer peer, std::uint64_t job, std::uint32_t attempt) override {
+            post([this, peer, job, attempt] { client().cancelJob(peer, job, attempt); });
+        }
+        void fetch(protocol::JobPeer peer, const wire::BlobRef& result) override {
+            post([this, peer, result] { client().fetchResult(peer, result); });
+        }
+        Result<std::vector<protocol::JobNews>> wait(Duration most) override {
+            std::unique_lock lock(_cluster._mutex);
+            _cluster._newsCame.wait_for(lock, most, [&] { return !_cluster._news.empty() || _cluster._error; });
+            if (_cluster._error) return *_cluster._error;
+            auto news = std::exchange(_cluster._news, {});
+            lock.unlock();
+            if (!news.empty()) post([] {});  // the next ones
+            return news;
+        }
+
+     private:
+        protocol::ClusterClient& client() { return _cluster._client; }
+        void post(std::function<void()> function) { _cluster._pump.post(std::move(function)); }
+        ConnectedCluster& _cluster;
+    };
+
     wire::EncodedChanges encode(const ChangeList& changes, const Aspect& scene) {
         wire::EncodeOptions encoding;
         encoding.maxPartBytes = kPartBytes;
@@ -284,6 +321,9 @@ class ConnectedCluster final : public Cluster {
         for (auto& incident : _client.takeIncidents())
             if (_incidents.size() < kMaxIncidents) _incidents.push_back(std::move(incident));
         _snapshotWanted = _client.wantsSnapshot();
+        // What nobody has taken stays in the client, which bounds it.
+        if (_news.empty()) _news = _client.takeJobNews();
+        if (!_news.empty() || _error) _newsCame.notify_all();
         if (_started && (!_client.isBusy() || _error)) {
             _started = false;
             _done = true;
@@ -387,6 +427,8 @@ class ConnectedCluster final : public Cluster {
     // Shared with the network thread.
     std::mutex _mutex;
     std::condition_variable _changed;
+    std::condition_variable _newsCame;
+    std::vector<protocol::JobNews> _news;
     std::optional<Error> _error;
     std::deque<protocol::ClusterClient::Finished> _finished;
     std::vector<protocol::ServerIncident> _incidents;
@@ -403,6 +445,7 @@ class ConnectedCluster final : public Cluster {
     wire::BlobHashes _hashes;
     std::vector<std::string> _names;
     std::vector<std::string> _descriptions;
+    Jobs _jobs{*this};
 };
 
 }  // namespace

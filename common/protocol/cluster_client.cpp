@@ -270,6 +270,7 @@ void ClusterClient::lose(std::size_t index, const std::string& reason, TimePoint
     Server& server = _servers[index];
     const bool wasConnected = server.session.connected();
     const Session gone = std::exchange(server.session, {});
+    sessionEnded(index, gone, reason);
     for (const ConnectionId id : {gone.control, gone.bulk}) {
         if (Link* one = link(id)) one->close(reason);
         drop(id);
@@ -354,6 +355,7 @@ void ClusterClient::linkOpen(ConnectionId connection, Peer& peer) {
         peer.link->send(wire::Assign{_options.wall, server.remote.tiles});
         if (!server.remote.host.empty()) dial(peer.server, true);
     }
+    if (session.connected()) sessionBegun(peer.server);
     if (_phase != Phase::Connecting) return;
     if (!std::all_of(_servers.begin(), _servers.end(), [](const Server& one) { return one.session.connected(); }))
         return;
