@@ -8,14 +8,18 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <ostream>
+#include <thread>
 
 #include "client/app/arguments.h"
 #include "client/app/mesh_input.h"
 #include "client/app/progress.h"
 #include "client/bake/atlas.h"
+#include "client/bake/cluster_bake.h"
 #include "client/bake/local_bake.h"
 #include "client/bake/mapped_file.h"
+#include "client/session/cluster.h"
 #include "common/image/exr_io.h"
+#include "common/scene/core_types.h"
 
 namespace umbriel {
 namespace {
@@ -30,6 +34,7 @@ using visibility::MappingKind;
 constexpr double kFirstRayDegrees = 6.0;
 constexpr double kFirstRayDegreesWide = 7.5;
 constexpr double kWideFovyDegrees = 160.0;
+constexpr int kMostLocalServers = 64;
 
 double radians(double degrees) {
     return degrees * std::numbers::pi / 180.0;
@@ -93,10 +98,20 @@ Result<ShardPart> parsePart(const std::string& text) {
     return badInput(fmt::format("--shard '{}': expected i/n with i from 0 to n-1, as in 0/8", text));
 }
 
+bool onServers(const BakeArguments& a) {
+    return !a.servers.empty() || a.local;
+}
+
 Result<LocalBakeOptions> optionsOf(const BakeArguments& a) {
-    if (!a.servers.empty())
-        return badInput("--servers: this version bakes on this machine only; see --threads, --shard");
-    if (a.local) return badInput("--local: this version bakes in this process only; see --threads, --shard");
+    if (!a.servers.empty() && a.local) return badInput("--servers and --local: give one of the two");
+    if (a.local && (*a.local < 1 || *a.local > kMostLocalServers))
+        return badInput(fmt::format("--local {}: expected 1 to {} servers", *a.local, kMostLocalServers));
+    if (onServers(a) && !a.shard.empty())
+        return badInput("--shard i/n is baked by threads of one process: without --servers and --local");
+    if (!a.servers.empty() && a.threads != 0)
+        return badInput("--threads: how many a server uses is its own option, --bake-threads");
+    if (!(a.audit >= 0.0 && a.audit <= 100.0))
+        return badInput(fmt::format("--audit {}: expected 0 to 100 percent", a.audit));
     if (a.out.empty()) return badInput("--out FILE.umvis is missing: where the maps go");
     if (a.threads < 0 || a.threads > 4096) {
         return badInput(fmt::format("--threads {}: expected 1 to 4096, or 0 for all", a.threads));
@@ -140,6 +155,57 @@ Result<void> writeAtlas(const BakeArguments& a) {
     return writeExr(a.atlas, *picture);
 }
 
+// What both ways of baking tell.
+struct Outcome {
+    std::uint64_t rows = 0;
+    std::uint64_t rays = 0;
+    double seconds = 0.0;
+    double cpuSeconds = 0.0;
+    std::uint32_t servers = 0;
+    std::uint32_t shards = 0;
+    std::uint32_t redone = 0;
+    std::uint32_t audited = 0;
+    std::string sha256;
+};
+
+Result<Outcome> bakeHere(const visibility::BakeMesh& mesh, const BakeSettings& settings, LocalBakeOptions options) {
+    const auto o = bakeLocally(mesh, settings, options);
+    if (!o) return o.error();
+    return Outcome{o->rows, o->rays, o->seconds, o->cpuSeconds, 0, o->shards, o->redone, 0, o->sha256};
+}
+
+Result<Outcome> bakeThere(const BakeArguments& a, visibility::Mesh loaded, const visibility::BakeMesh& mesh,
+                          const BakeSettings& settings, const LocalBakeOptions& options, std::ostream& err) {
+    ClusterOptions cluster;
+    if (a.local) {
+        cluster.local = *a.local;
+        const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+        const int threads = a.threads > 0 ? a.threads : std::max(1, cores / *a.local);
+        cluster.serverArguments = {"--bake-threads", fmt::format("{}", threads)};
+    } else {
+        const auto servers = parseServers(a.servers);
+        if (!servers) return servers.error();
+        cluster.servers = *servers;
+    }
+    cluster.insecureLan = a.insecureLan;
+    cluster.policy = FailurePolicy::Degrade;  // a lost server is none of the others' business
+    cluster.startIncomplete = true;
+    TypeRegistry types;
+    registerCoreTypes(types);
+    const auto connected = Cluster::connect(cluster, types, {});
+    if (!connected) return connected.error();
+    ClusterBakeOptions baking{.out = options.out, .shards = options.shards, .resume = options.resume};
+    baking.coordinator.auditShare = a.audit / 100.0;
+    baking.progress = options.progress;
+    baking.notice = [&](const std::string& text) {
+        if (!a.quiet) err << fmt::format("warning: {}\n", text) << std::flush;
+    };
+    const auto o = bakeOnCluster(std::move(loaded), mesh, settings, baking, (*connected)->jobs(), SteadyClock());
+    if (!o) return o.error();
+    return Outcome{o->rows,   o->rays,   o->seconds, o->cpuSeconds, o->servers,
+                   o->shards, o->redone, o->audited, o->sha256};
+}
+
 Result<void> bake(const BakeArguments& a, std::ostream& out, std::ostream& err) {
     const auto settings = settingsOf(a);
     if (!settings) return settings.error();
@@ -147,7 +213,7 @@ Result<void> bake(const BakeArguments& a, std::ostream& out, std::ostream& err) 
     if (!options) return options.error();
     const auto input = loadMeshes(a.scene);
     if (!input) return input.error();
-    const auto loaded = concatenated(*input);
+    auto loaded = concatenated(*input);
     if (!loaded) return loaded.error();
     const auto mesh = visibility::prepare(*loaded);
     if (!mesh) return badInput(fmt::format("{}: {}", a.scene, mesh.error().message));
@@ -166,12 +232,11 @@ Result<void> bake(const BakeArguments& a, std::ostream& out, std::ostream& err) 
 
     std::optional<Progress> progress;
     options->progress = [&](std::uint64_t done, std::uint64_t all) {
-        if (done == 0)
-            progress.emplace("baking", all, a.quiet);
-        else
-            progress->step();
+        if (!progress) progress.emplace("baking", all, a.quiet);
+        progress->at(done);
     };
-    const auto outcome = bakeLocally(*mesh, *settings, *options);
+    const auto outcome = onServers(a) ? bakeThere(a, std::move(*loaded), *mesh, *settings, *options, err)
+                                      : bakeHere(*mesh, *settings, *options);
     if (progress) progress->finish();
     if (!outcome) return outcome.error();
     if (!a.atlas.empty()) {
@@ -184,24 +249,21 @@ Result<void> bake(const BakeArguments& a, std::ostream& out, std::ostream& err) 
     const std::uint32_t directions = visibility::pixelCount(settings->mapping);
     const double rate = outcome->cpuSeconds > 0.0 ? static_cast<double>(outcome->rays) / outcome->cpuSeconds : 0.0;
     if (a.json) {
-        const Json json = {{"vertices", outcome->rows},
-                           {"directions", directions},
-                           {"rays", outcome->rays},
-                           {"seconds", outcome->seconds},
-                           {"cpu_seconds", outcome->cpuSeconds},
-                           {"rays_per_core_second", rate},
-                           {"servers", 0},
-                           {"shards", outcome->shards},
-                           {"redone", outcome->redone},
-                           {"sha256", outcome->sha256}};
+        Json json = {
+            {"vertices", outcome->rows},   {"directions", directions},           {"rays", outcome->rays},
+            {"seconds", outcome->seconds}, {"cpu_seconds", outcome->cpuSeconds}, {"rays_per_core_second", rate},
+            {"servers", outcome->servers}, {"shards", outcome->shards},          {"redone", outcome->redone},
+            {"sha256", outcome->sha256}};
+        if (onServers(a)) json["audited"] = outcome->audited;
         out << json.dump(2) << '\n';
     } else if (!a.quiet) {
         out << fmt::format(
             "{} vertices x {} directions, {} rays traced in {:.2f} s ({:.2f} s of processors, {:.2f} "
             "million rays per core second)\n",
             outcome->rows, directions, outcome->rays, outcome->seconds, outcome->cpuSeconds, rate * 1e-6);
-        out << fmt::format("{} shards, {} redone\nwrote {}, sha256 {}\n", outcome->shards, outcome->redone, a.out,
-                           outcome->sha256);
+        out << fmt::format("{} shards, {} redone", outcome->shards, outcome->redone);
+        if (onServers(a)) out << fmt::format(", {} audited, on {} servers", outcome->audited, outcome->servers);
+        out << fmt::format("\nwrote {}, sha256 {}\n", a.out, outcome->sha256);
         if (!a.atlas.empty()) out << fmt::format("wrote {}\n", a.atlas);
     }
     if (!out.flush()) return failure("the result could not be written");

@@ -17,7 +17,7 @@ struct BakeArguments {
     std::optional<double> far;    // percent of the diagonal; none: no limit
     std::optional<double> fovy;   // degrees, singleplane only
     std::string guard = "exact";  // fast, fast-fan
-    int threads = 0;              // 0: all
+    int threads = 0;              // 0: all; of each server with local
     std::uint32_t shards = 0;     // 0: chosen
     std::string shard;            // "i/n", i from 0
     bool resume = false;
@@ -26,17 +26,22 @@ struct BakeArguments {
     std::string environment = "256x128";  // texels that index maps name
     std::string atlas;                    // .exr
     std::string out;
-    std::string servers;       // refused in this version
-    std::optional<int> local;  // the same
+    std::string servers;       // bake there: HOST:PORT or NAME=HOST:PORT, separated by commas
+    std::optional<int> local;  // bake on so many servers of this machine
+    bool insecureLan = false;  // servers beyond this machine may be reached without encryption
+    double audit = 2.0;        // percent of the shards that two servers bake, and that must agree
     bool json = false;
     bool quiet = false;
 };
 
 // `umbriel bake MESH`: visibility maps of all geometries of a scene, as one mesh in world coordinates: vertices of the
-// first geometry come first (client/app/mesh_input.h). See bakeLocally() for what happens on the disk.
+// first geometry come first (client/app/mesh_input.h). On threads of this process, or on render servers, which draw
+// nothing for us then. See shard_store.h for what happens on the disk.
 //
 // JSON: {vertices (rows of the file: unique positions and sides), directions, rays (traced by this call), seconds,
-// cpu_seconds (both after loading and building the tree), rays_per_core_second, servers, shards, redone, sha256}.
+// cpu_seconds (both after loading and building the tree, of all servers too), rays_per_core_second, servers (that were
+// ready to bake; 0: threads of this process), shards, redone (times that a shard was given out again), sha256}; with
+// servers also audited (shards that two of them agree on).
 //
 // Exit codes: 0 done; 2 wrong usage or bad input; 1 it could not be done. The message of 1 and 2 goes to `err`.
 int runBake(const BakeArguments& arguments, std::ostream& out, std::ostream& err);

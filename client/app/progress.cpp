@@ -11,9 +11,9 @@ Progress::Progress(std::string what, std::uint64_t total, bool quiet)
     : _what(std::move(what)), _total(total), _enabled(!quiet && ::isatty(STDERR_FILENO) == 1), _start(SteadyClock{}.now()),
       _lastShown(_start) {}
 
-void Progress::step() {
-    ++_done;
-    if (!_enabled) return;
+void Progress::at(std::uint64_t done) {
+    _done = done;
+    if (!_enabled || done == 0) return;
     const TimePoint now = SteadyClock{}.now();
     if (now - _start < std::chrono::seconds(1) || now - _lastShown < std::chrono::milliseconds(200)) return;
     _lastShown = now;

@@ -15,7 +15,9 @@ class Progress {
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
-    void step();
+    void step() { at(_done + 1); }
+    // So much is done in all.
+    void at(std::uint64_t done);
     // Clears the line.
     void finish();
 

@@ -1,7 +1,5 @@
 #include "client/bake/local_bake.h"
 
-#include <time.h>
-
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
@@ -10,6 +8,7 @@
 #include <mutex>
 #include <thread>
 
+#include "client/bake/processor_time.h"
 #include "common/base/clock.h"
 #include "common/image/atomic_file.h"
 
@@ -20,12 +19,6 @@ using visibility::Baker;
 using visibility::BakeSettings;
 using visibility::EncodedBlock;
 using visibility::kRowsPerBlock;
-
-double processorSeconds() {
-    timespec now{};
-    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 // Threads that bake the blocks of the open shards, in order, and write each shard when its last block is there. The
 // caller's thread hears about it through next().

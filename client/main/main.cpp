@@ -82,8 +82,12 @@ void addBakeOptions(CLI::App& command, BakeArguments& arguments) {
     command.add_option("--environment", arguments.environment, "texels of that environment, WIDTHxHEIGHT")->capture_default_str();
     command.add_option("--atlas", arguments.atlas, "the maps as a picture too, .exr");
     command.add_option("--out", arguments.out, "the maps, .umvis");
-    command.add_option("--servers", arguments.servers, "not in this version");
-    command.add_option("--local", arguments.local, "not in this version");
+    command.add_option("--servers", arguments.servers,
+                       "bake on servers that run already: HOST:PORT or NAME=HOST:PORT, separated by commas");
+    command.add_option("--local", arguments.local, "bake on so many servers of this machine, started for it");
+    command.add_option("--audit", arguments.audit, "percent of the shards that two servers bake, and that must agree")
+        ->capture_default_str();
+    command.add_flag("--insecure-lan", arguments.insecureLan, "allow unencrypted servers beyond this machine");
     command.add_flag("--json", arguments.json, "print what was done and measured as JSON");
     command.add_flag("--quiet", arguments.quiet, "print errors only");
     command.footer("Example: umbriel bake dress.obj --mapping hemisphere --size 32 --out dress.umvis");

@@ -149,6 +149,8 @@ class ConnectedCluster final : public Cluster {
 
     std::vector<std::string> serverDescriptions() const override { return _descriptions; }
 
+    protocol::JobPort& jobs() override { return _jobs; }
+
  private:
     // What the servers said of themselves.
     void describe() {
@@ -172,6 +174,44 @@ class ConnectedCluster final : public Cluster {
                                 first->name, hello->name));
         }
     }
+
+    class Jobs final : public protocol::JobPort {
+     public:
+        explicit Jobs(ConnectedCluster& cluster) : _cluster(cluster) {}
+        std::size_t serverCount() const override { return _cluster._addresses.size(); }
+        void provide(std::vector<wire::Blob> blobs) override {
+            enter([&](protocol::ClusterClient& client) { client.provideBlobs(std::move(blobs)); });
+        }
+        void offer(protocol::JobPeer peer, protocol::JobRequest request) override {
+            enter([&](protocol::ClusterClient& client) { client.offerJob(peer, request); });
+        }
+        void cancel(protocol::JobPeer peer, std::uint64_t job, std::uint32_t attempt) override {
+            enter([&](protocol::ClusterClient& client) { client.cancelJob(peer, job, attempt); });
+        }
+        void fetch(protocol::JobPeer peer, const wire::BlobRef& result) override {
+            enter([&](protocol::ClusterClient& client) { client.fetchResult(peer, result); });
+        }
+        Result<std::vector<protocol::JobNews>> wait(Duration most) override {
+            std::vector<protocol::JobNews> news;
+            std::optional<Error> error;
+            _cluster._pump.wait(
+                [&] {
+                    error = _cluster._client.error();
+                    news = _cluster._client.takeJobNews();
+                    return error || !news.empty();
+                },
+                most);
+            if (error) return *error;
+            return news;
+        }
+
+     private:
+        template <typename Function>
+        void enter(Function function) {
+            _cluster._pump.enter([&] { function(_cluster._client); });
+        }
+        ConnectedCluster& _cluster;
+    };
 
     wire::EncodedChanges encode(const ChangeList& changes, const Aspect& scene) {
         wire::EncodeOptions encoding;
@@ -365,6 +405,7 @@ class ConnectedCluster final : public Cluster {
     StateDigest _digest;
     std::vector<std::string> _names;
     std::vector<std::string> _descriptions;
+    Jobs _jobs{*this};
 };
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "common/base/clock.h"
 #include "common/base/result.h"
 #include "common/protocol/failure_policy.h"
+#include "common/protocol/job_port.h"
 #include "common/scene/aspect.h"
 #include "common/wall/tile_pixels.h"
 #include "common/wall/view.h"
@@ -88,6 +89,9 @@ class Cluster {
 
     // Every server's frame plan as text, after a frame; empty for a server that is late or lost.
     virtual Result<std::vector<std::string>> explain() = 0;
+
+    // Jobs on the same servers, beside frames: to be used from one thread, which need not be the one that draws.
+    virtual protocol::JobPort& jobs() = 0;
 
     // Facts that servers stated at the handshake, one line each: name, GL renderer and version, limits.
     virtual std::vector<std::string> serverDescriptions() const = 0;

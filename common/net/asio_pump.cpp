@@ -90,7 +90,12 @@ struct AsioPump::Implementation {
     // Held by whoever asks the endpoint, or touches what is here.
     std::mutex mutex;
     std::condition_variable awaited;
-    const std::function<bool()>* condition = nullptr;  // of the thread in wait()
+    // Of a thread in wait().
+    struct Waiting {
+        const std::function<bool()>& condition;
+        bool met = false;
+    };
+    std::vector<Waiting*> waiting;
 
     Implementation(protocol::Endpoint& e, bool insecure) : endpoint(e), insecureLan(insecure) {}
 
@@ -240,13 +245,12 @@ struct AsioPump::Implementation {
             carryOut();
         }
         arm();
-        return conditionMet();
+        return anyMet();
     }
 
-    bool conditionMet() {
-        if (!condition || !(*condition)()) return false;
-        condition = nullptr;
-        return true;
+    // Whether some thread's wait is over.
+    bool anyMet() {
+        return std::erase_if(waiting, [](Waiting* one) { return one->met = one->condition(); }) > 0;
     }
 
     bool collectActions() {
@@ -350,10 +354,10 @@ struct AsioPump::Implementation {
             }
             // What a socket is needed for is left to the thread that may use it.
             turnNeeded = collectActions() || endpoint.deadline() < armedFor;
-            wake = conditionMet();
+            wake = anyMet();
         }
         if (turnNeeded) post([] {});
-        if (wake) awaited.notify_one();
+        if (wake) awaited.notify_all();
     }
 
     void post(std::function<void()> function) {
@@ -363,11 +367,11 @@ struct AsioPump::Implementation {
     bool wait(const std::function<bool()>& asked, Duration limit) {
         std::unique_lock lock(mutex);
         if (asked()) return true;
-        UMBRIEL_ASSERT(!condition, "one thread waits at a time");
-        condition = &asked;
-        awaited.wait_for(lock, limit, [&] { return !condition; });
-        if (!condition) return true;
-        condition = nullptr;
+        Waiting mine{asked};
+        waiting.push_back(&mine);
+        awaited.wait_for(lock, limit, [&] { return mine.met; });
+        if (mine.met) return true;
+        std::erase(waiting, &mine);
         return false;
     }
 

@@ -37,8 +37,8 @@ class AsioPump {
     // Runs the function on this thread, alone with the endpoint, and writes what it queues as far as the sockets take it
     // at once: nobody is waited for, and no other thread is woken. Not from the hook or another such function.
     void enter(const std::function<void()>& function);
-    // Waits on this thread, one at a time, until the condition holds, which is asked as in enter(). False: it does not
-    // after this time.
+    // Waits on this thread until the condition holds, which is asked as in enter(), never again after it held. False: it
+    // does not after this time.
     bool wait(const std::function<bool()>& condition, Duration limit);
 
     struct Implementation;

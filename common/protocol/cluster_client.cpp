@@ -194,6 +194,7 @@ void ClusterClient::lose(std::size_t index, const std::string& reason, TimePoint
     Server& server = _servers[index];
     const bool wasConnected = server.session.connected();
     const Session gone = std::exchange(server.session, {});
+    sessionEnded(index, gone, reason);
     for (const ConnectionId id : {gone.control, gone.bulk}) {
         if (Link* one = link(id)) one->close(reason);
         drop(id);
@@ -281,6 +282,7 @@ void ClusterClient::linkOpen(ConnectionId connection, Peer& peer, TimePoint) {
         peer.link.send(wire::Assign{_options.wall, server.remote.tiles});
         if (!server.remote.host.empty()) dialServer(index, true);
     }
+    if (session.connected()) sessionBegun(index);
     if (_phase != Phase::Connecting) return;
     if (!std::all_of(_servers.begin(), _servers.end(), [](const Server& one) { return one.session.connected(); }))
         return;

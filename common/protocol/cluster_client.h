@@ -14,6 +14,7 @@
 #include "common/protocol/endpoint.h"
 #include "common/protocol/frame_history.h"
 #include "common/protocol/frame_pacing.h"
+#include "common/protocol/job_port.h"
 #include "common/protocol/linked_endpoint.h"
 #include "common/wire/messages.h"
 
@@ -149,6 +150,17 @@ class ClusterClient final : public LinkedEndpoint {
     // One text per server.
     std::vector<std::string> takeExplanations();
 
+    // Jobs (job_port.h), at any time beside frames: nothing here waits for a job. What is meant for a session that has
+    // ended is dropped: its end was announced.
+    void provideBlobs(std::vector<wire::Blob> blobs);
+    void offerJob(JobPeer peer, const JobRequest& request);
+    void cancelJob(JobPeer peer, std::uint64_t job, std::uint32_t attempt);
+    void fetchResult(JobPeer peer, const wire::BlobRef& result);
+    // Since the last call; kept only once provideBlobs() was called. A server that fills it with more than anyone asked
+    // for loses its session.
+    std::vector<JobNews> takeJobNews() { return std::exchange(_jobNews, {}); }
+    bool hasJobNews() const { return !_jobNews.empty(); }
+
     // Null while it is not connected.
     const wire::Hello* serverHello(std::size_t server) const;
     std::size_t serverCount() const { return _servers.size(); }
@@ -191,6 +203,8 @@ class ClusterClient final : public LinkedEndpoint {
         std::deque<Sent> sent;
         std::deque<std::pair<wire::MessageType, std::shared_ptr<const wire::Bytes>>> outbox;  // for control
         BulkSender sender;
+        std::unique_ptr<BlobReceiver> results = std::make_unique<BlobReceiver>();  // of jobs
+        std::uint32_t number = 0;  // JobPeer::session, once connected
         bool connected() const { return controlOpen && bulkOpen; }
     };
     struct Server {
@@ -262,6 +276,14 @@ class ClusterClient final : public LinkedEndpoint {
     Result<void> ready(std::size_t server, const wire::Ready& ready, TimePoint now);
     Result<void> tileData(std::size_t server, const wire::TileData& data);
     void sendFrame(std::size_t server, Running& running, TimePoint now);
+    // Jobs (cluster_jobs.cpp)
+    Result<void> jobMessage(std::size_t server, wire::MessageType type, std::span<const std::byte> payload);
+    void sessionBegun(std::size_t server);
+    void sessionEnded(std::size_t server, const Session& session, const std::string& reason);
+    void tellOfJobs(JobNews news);
+    // The control link of that session; null when it has ended.
+    Link* jobLink(JobPeer peer);
+
     // Sends what remains of change lists and frames, as far as the queue takes it.
     void feed(Server& server);
     std::shared_ptr<const wire::Bytes> frameMessage(Running& running, bool fromNothing, bool withViews, bool withTime);
@@ -292,6 +314,10 @@ class ClusterClient final : public LinkedEndpoint {
     std::uint64_t _random;
     wire::DigestReply _digests;
     std::size_t _digestServer = 0;
+    std::map<Hash128, MultiStorage> _jobBlobs;
+    std::vector<JobNews> _jobNews;
+    bool _hasJobs = false;
+    std::uint32_t _connectedSessions = 0;
 };
 
 }  // namespace umbriel::protocol

@@ -159,6 +159,7 @@ Result<void> ClusterClient::answer(std::size_t index, MessageType type, std::spa
                     for (const auto& changes : sent.changes)
                         if (const auto found = changes->blobs.find(hash); found != changes->blobs.end())
                             content = &found->second;
+                if (const auto found = _jobBlobs.find(hash); found != _jobBlobs.end()) content = &found->second;
                 if (!content)
                     return failure(fmt::format("it asks for blob {}, which is not in this frame", toHex(hash)));
                 server.session.sender.addBlob(hash, *content);
@@ -187,6 +188,10 @@ Result<void> ClusterClient::answer(std::size_t index, MessageType type, std::spa
             server.explanation = std::move(reply->text);
             return {};
         }
+        case MessageType::BlobData:
+        case MessageType::JobLease:
+        case MessageType::JobDone:
+            return jobMessage(index, type, payload);
         default:
             return failure(fmt::format("a {} message has no meaning here", wire::ruleOf(type).name));
     }

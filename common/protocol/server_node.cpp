@@ -157,7 +157,7 @@ Result<void> ServerNode::obey(MessageType type, std::span<const std::byte> paylo
                 const auto found = _session->results.find(hash);
                 if (found == _session->results.end())
                     return failure(fmt::format("blob {} is no result of this session", toHex(hash)));
-                _session->sender.addBlob(hash, std::move(found->second));
+                _session->sender.addBlob(hash, std::move(found->second.content));
                 _session->results.erase(found);
             }
             fillBulk();
@@ -188,12 +188,16 @@ Result<void> ServerNode::obey(MessageType type, std::span<const std::byte> paylo
             if (!offer) return offer.error();
             _events.push_back(JobOffered{offer->job, offer->attempt,
                                          std::chrono::milliseconds(offer->leaseMilliseconds), offer->kind,
-                                         wire::Bytes(offer->payload.begin(), offer->payload.end())});
+                                         wire::Bytes(offer->payload.begin(), offer->payload.end()),
+                                         std::move(offer->blobs)});
             return {};
         }
         case MessageType::JobCancel: {
             const auto cancel = wire::decode<wire::JobCancel>(payload);
             if (!cancel) return cancel.error();
+            std::erase_if(_session->results, [&](const auto& entry) {
+                return entry.second.job == cancel->job && entry.second.attempt == cancel->attempt;
+            });
             _events.push_back(JobCancelled{cancel->job, cancel->attempt});
             return {};
         }
@@ -306,7 +310,8 @@ void ServerNode::sendJobDone(wire::JobDone done, wire::Bytes result) {
         content.resize(result.size());
         content.write(0, result);
         done.result = wire::hashOfBlob(content);
-        _session->results.insert_or_assign(done.result, std::move(content));
+        _session->results.insert_or_assign(done.result,
+                                           Session::JobResult{done.job, done.attempt, std::move(content)});
     }
     send(done);
 }

@@ -53,6 +53,7 @@ struct JobOffered {
     Duration lease{};
     std::string kind;
     wire::Bytes payload;
+    std::vector<wire::BlobRef> blobs;  // that it needs; wantBlobs() those that are not here
 };
 struct JobCancelled {
     std::uint64_t job = 0;
@@ -102,7 +103,7 @@ class ServerNode final : public LinkedEndpoint {
     void sendDigests(const wire::DigestReply& reply);
     void sendExplanation(const std::string& text);
     void sendJobLease(const wire::JobLease& lease);
-    // The result waits here until the client fetches it or the session ends.
+    // The result waits here until the client fetches it, cancels the job or ends the session.
     void sendJobDone(wire::JobDone done, wire::Bytes result);
 
     // The program's own end of the session: what the client sent cannot be used, or the program is leaving.
@@ -128,7 +129,12 @@ class ServerNode final : public LinkedEndpoint {
         std::size_t changeBytes = 0;
         BulkSender sender;
         BlobReceiver receiver;
-        std::map<Hash128, MultiStorage> results;  // of jobs
+        struct JobResult {
+            std::uint64_t job = 0;
+            std::uint32_t attempt = 0;
+            MultiStorage content;
+        };
+        std::map<Hash128, JobResult> results;
     };
 
     void greeted(ConnectionId connection, Peer& peer, TimePoint now) override;

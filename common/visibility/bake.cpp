@@ -162,8 +162,9 @@ std::vector<EncodedBlock> Baker::block(std::uint32_t rowBlock, const std::functi
 
     Bytes maskData, distanceData, hitData, indexData;
     maskData.reserve(rows * mask.size());
+    const std::uint32_t rowsPerSlice = std::max(1u, kRaysPerSlice / pixels);
     for (std::uint32_t row = first; row < first + rows; ++row) {
-        if (goOn && (row - first) % kRowsPerSlice == 0 && !goOn()) return {};
+        if (goOn && (row - first) % rowsPerSlice == 0 && !goOn()) return {};
         const trace::Origin o = origin(s.mesh, row, frame);
         const auto own = s.mesh.ownTriangles(o.position);
         if (rays) {

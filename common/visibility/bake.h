@@ -46,9 +46,10 @@ class Baker {
     // Everything a shard's header says, for all rows.
     const MapHeader& header() const;
 
-    // The contents of one block, on this thread. goOn is asked after every kRowsPerSlice rows, so that a server that also
-    // draws works in slices of milliseconds; nothing comes back when it says no.
-    static constexpr std::uint32_t kRowsPerSlice = 32;
+    // The contents of one block, on this thread. goOn is asked before each row that begins a slice of about
+    // kRaysPerSlice rays, a few milliseconds, so that a server that also draws can pause; nothing comes back when it says
+    // no.
+    static constexpr std::uint32_t kRaysPerSlice = 32768;
     std::vector<EncodedBlock> block(std::uint32_t rowBlock, const std::function<bool()>& goOn = {}) const;
     // A file of these rows. firstRow must be a multiple of kRowsPerBlock, rowCount too unless it ends at the last row;
     // otherwise, or beyond the mesh, bad input. threads: 0 takes all.

@@ -34,10 +34,10 @@ constexpr MessageRule kRules[kMessageTypes] = {
     {"DigestReply",  16 * DigestReply::kMaxEntries + 16, kNo, kYes, kYes, kNo},
     {"Explain",      0,                           kYes, kNo,  kYes, kNo},
     {"ExplainReply", (1 << 20) + 8,               kNo,  kYes, kYes, kNo},
-    {"JobOffer",     kChunkBytes + 256,           kYes, kNo,  kYes, kNo},
+    {"JobOffer",     kChunkBytes + 2 * kKiB,      kYes, kNo,  kYes, kNo},
     {"JobLease",     32,                          kNo,  kYes, kYes, kNo},
     {"JobCancel",    32,                          kYes, kNo,  kYes, kNo},
-    {"JobDone",      4 * kKiB + 64,               kNo,  kYes, kYes, kNo},
+    {"JobDone",      4 * kKiB + 80,               kNo,  kYes, kYes, kNo},
 };
 
 void writeHash(Writer& writer, const Hash128& hash) {
@@ -376,6 +376,12 @@ void JobOffer::write(Writer& writer) const {
     writer.varint(attempt);
     writer.varint(leaseMilliseconds);
     writer.text(kind);
+    writer.varint(blobs.size());
+    for (const BlobRef& blob : blobs) {
+        writeHash(writer, blob.hash);
+        writer.varint(blob.elementSize);
+        writer.varint(blob.bytes);
+    }
     writer.raw(payload);
 }
 
@@ -385,6 +391,17 @@ JobOffer JobOffer::read(Reader& reader) {
     offer.attempt = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "the attempt is too large"));
     offer.leaseMilliseconds = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "the lease is too long"));
     offer.kind = reader.text(kMaxKind);
+    const std::size_t blobs = reader.count(18, kMaxBlobs);
+    for (std::size_t i = 0; i < blobs; ++i) {
+        BlobRef blob;
+        blob.hash = readHash(reader);
+        blob.elementSize = static_cast<std::uint32_t>(reader.bounded(MultiStorage::kChunkBytes, "the blob's elements are too large"));
+        blob.bytes = reader.bounded(kMaxBlobBytes, "the blob is too large");
+        if (blob.elementSize == 0 || blob.bytes % blob.elementSize != 0)
+            reader.fail("the blob does not consist of whole elements");
+        if (!reader.ok()) break;
+        offer.blobs.push_back(blob);
+    }
     offer.payload = reader.raw(reader.remaining());
     if (offer.payload.size() > kMaxPayload) reader.fail("the job's description is too long");
     return offer;
@@ -423,6 +440,7 @@ void JobDone::write(Writer& writer) const {
     writer.text(std::string_view(text).substr(0, kMaxText));
     writeHash(writer, result);
     writer.varint(resultBytes);
+    writer.varint(cpuMicroseconds);
 }
 
 JobDone JobDone::read(Reader& reader) {
@@ -433,6 +451,7 @@ JobDone JobDone::read(Reader& reader) {
     done.text = reader.text(kMaxText);
     done.result = readHash(reader);
     done.resultBytes = reader.bounded(kMaxBlobBytes, "the result is too large");
+    done.cpuMicroseconds = reader.varint();
     return done;
 }
 

@@ -13,6 +13,7 @@
 #include "common/base/result.h"
 #include "common/scene/container_id.h"
 #include "common/wall/view.h"
+#include "common/wire/blob.h"
 #include "common/wire/bytes.h"
 
 // The messages between client and render servers, as bytes and back. Pure functions: no sockets, no state. The layout of
@@ -273,11 +274,13 @@ struct JobOffer {
     static constexpr MessageType kType = MessageType::JobOffer;
     static constexpr std::size_t kMaxKind = 64;
     static constexpr std::size_t kMaxPayload = 256 * 1024;
+    static constexpr std::size_t kMaxBlobs = 32;
     std::uint64_t job = 0;
     std::uint32_t attempt = 0;  // from 1; answers to an older attempt are ignored
     std::uint32_t leaseMilliseconds = 0;
     std::string kind;
     std::span<const std::byte> payload;
+    std::vector<BlobRef> blobs;  // contents that the job needs: the server asks for those it lacks
 
     void write(Writer& writer) const;
     static JobOffer read(Reader& reader);
@@ -305,7 +308,8 @@ struct JobCancel {
 
 enum class JobStatus : std::uint8_t { Done, Failed, Cancelled, Refused };
 
-// The job ended. A result waits on the server as a blob: the client asks for it with BlobWanted.
+// The job ended. A result waits on the server as a blob: the client asks for it with BlobWanted, or lets go of it with
+// JobCancel.
 struct JobDone {
     static constexpr MessageType kType = MessageType::JobDone;
     static constexpr std::size_t kMaxText = 4000;
@@ -315,6 +319,7 @@ struct JobDone {
     std::string text;                 // why not done
     Hash128 result;                   // 0 when resultBytes is 0
     std::uint64_t resultBytes = 0;
+    std::uint64_t cpuMicroseconds = 0;  // of the processor, as the job's thread counts it
 
     void write(Writer& writer) const;
     static JobDone read(Reader& reader);

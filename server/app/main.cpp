@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <fstream>
@@ -14,6 +15,7 @@
 
 #include "common/base/log.h"
 #include "common/scene/core_types.h"
+#include "server/bake/visibility_jobs.h"
 #include "server/draw/renderer.h"
 #include "server/gl/context.h"
 #include "server/session/render_server.h"
@@ -100,6 +102,8 @@ int main(int argc, char** argv) {
     bool embedded = false;
     bool doctor = false;
     std::optional<int> gpu;
+    int bakeThreads = 0;
+    std::string bakePriority = "idle";
     int reportDescriptor = -1;
 
     CLI::App app("Umbriel render server: draws its tiles of a wall for one client at a time.");
@@ -113,6 +117,10 @@ int main(int argc, char** argv) {
     app.add_flag("--window", window, "draw into a window")->excludes(headlessFlag);
     app.add_option("--gpu", gpu, "index of the EGL device to draw with (umbriel doctor lists them)");
     app.add_flag("--insecure-lan", insecureLan, "allow connections beyond this machine, unprotected");
+    app.add_option("--bake-threads", bakeThreads, "threads that bake beside drawing (default: one per processor)");
+    app.add_option("--bake-priority", bakePriority,
+                   "idle: bake with what drawing leaves; normal: for servers that only bake")
+        ->capture_default_str();
     app.add_option("--log-level", logLevel, "trace, debug, info, warning, error or off")->capture_default_str();
     app.add_flag("--doctor", doctor, "say what OpenGL offers on this machine, and end");
     app.add_flag("--embedded", embedded, "end when the first client has left")->group("");
@@ -130,7 +138,15 @@ int main(int argc, char** argv) {
     if (name.empty() || name.size() > 64 || name.find_first_of("=:@,\n\t ") != std::string::npos)
         return report(badInput(fmt::format("--name '{}': 1 to 64 characters without spaces and without = : @ ,", name)));
 
+    if (bakeThreads < 0 || bakeThreads > 1024)
+        return report(badInput(fmt::format("--bake-threads {}: expected 1 to 1024, or 0 for one per processor", bakeThreads)));
+    if (bakePriority != "idle" && bakePriority != "normal")
+        return report(badInput(fmt::format("--bake-priority '{}': expected idle or normal", bakePriority)));
+
     RenderServerOptions options;
+    options.jobThreads = bakeThreads > 0 ? bakeThreads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    options.jobPriority = bakePriority == "idle" ? JobPriority::Idle : JobPriority::Normal;
+    options.jobs = visibilityJobs(options.jobThreads);
     options.name = name;
     options.build = UMBRIEL_VERSION;
     options.insecureLan = insecureLan;

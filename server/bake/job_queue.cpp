@@ -3,15 +3,28 @@
 #include <fmt/format.h>
 #include <pthread.h>
 #include <sched.h>
+#include <time.h>
 
 #include <algorithm>
 #include <utility>
 
 namespace umbriel {
+namespace {
+
+// Of the processor.
+Duration threadTime() {
+    timespec now{};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
+}
+
+}  // namespace
 
 void JobTable::offer(JobOffer offer, bool kindIsKnown, TimePoint now) {
     const JobKey key = offer.key;
-    const auto refuse = [&](std::string why) { _events.push_back({JobEvent::Kind::Refused, key, 0.0f, std::move(why), {}}); };
+    const auto refuse = [&](std::string why) {
+        _events.push_back({JobEvent::Kind::Refused, key, 0.0f, std::move(why), {}, {}});
+    };
     if (!kindIsKnown) return refuse(fmt::format("this server does no jobs of kind '{}'", offer.kind));
     // All attempts of one job are neighbours in the map.
     for (auto other = _jobs.lower_bound({key.job, 0}); other != _jobs.end() && other->first.job == key.job;) {
@@ -55,16 +68,16 @@ bool JobTable::alive(JobKey key, float progress, TimePoint now) {
     job.deadline = now + job.offer.lease;
     if (now >= job.renewalDue) {
         job.renewalDue = now + job.offer.lease / 3;
-        _events.push_back({JobEvent::Kind::Lease, key, std::clamp(progress, 0.0f, 1.0f), {}, {}});
+        _events.push_back({JobEvent::Kind::Lease, key, std::clamp(progress, 0.0f, 1.0f), {}, {}, {}});
     }
     return true;
 }
 
-void JobTable::finish(JobKey key, Result<std::vector<std::byte>> result) {
+void JobTable::finish(JobKey key, Result<std::vector<std::byte>> result, Duration processor) {
     const auto found = _jobs.find(key);
     if (found == _jobs.end() || !found->second.running) return;
-    if (result) end(key, JobEvent::Kind::Done, {}, std::move(*result));
-    else end(key, JobEvent::Kind::Failed, result.error().message);
+    if (result) end(key, JobEvent::Kind::Done, {}, std::move(*result), processor);
+    else end(key, JobEvent::Kind::Failed, result.error().message, {}, processor);
 }
 
 void JobTable::advance(TimePoint now) {
@@ -74,16 +87,18 @@ void JobTable::advance(TimePoint now) {
     for (const JobKey key : over) end(key, JobEvent::Kind::Failed, "it showed no sign of life for a whole lease");
 }
 
-void JobTable::end(JobKey key, JobEvent::Kind kind, std::string text, std::vector<std::byte> result) {
+void JobTable::end(JobKey key, JobEvent::Kind kind, std::string text, std::vector<std::byte> result,
+                   Duration processor) {
     if (_jobs.erase(key) == 0) return;
     std::erase(_order, key);
-    _events.push_back({kind, key, 0.0f, std::move(text), std::move(result)});
+    _events.push_back({kind, key, 0.0f, std::move(text), std::move(result), processor});
 }
 
 class JobQueue::Work final : public JobWork {
  public:
     Work(JobQueue& queue, const JobOffer& offer) : _queue(queue), _offer(offer) {}
     std::span<const std::byte> payload() const override { return _offer.payload; }
+    std::span<const wire::Blob> blobs() const override { return _offer.blobs; }
     bool alive(float progress) override {
         bool wanted = false;
         bool news = false;
@@ -101,8 +116,11 @@ class JobQueue::Work final : public JobWork {
     const JobOffer& _offer;
 };
 
-JobQueue::JobQueue(std::map<std::string, JobHandler> handlers, std::function<void()> wake)
-    : _handlers(std::move(handlers)), _wake(std::move(wake)), _thread([this] { work(); }) {}
+JobQueue::JobQueue(std::map<std::string, JobHandler> handlers, std::function<void()> wake, int threads,
+                   JobPriority priority)
+    : _priority(priority), _handlers(std::move(handlers)), _wake(std::move(wake)) {
+    for (int i = 0; i < std::max(1, threads); ++i) _threads.emplace_back([this] { work(); });
+}
 
 JobQueue::~JobQueue() {
     {
@@ -111,7 +129,7 @@ JobQueue::~JobQueue() {
         _table.cancelAll();
     }
     _offered.notify_all();
-    _thread.join();
+    for (std::thread& thread : _threads) thread.join();
 }
 
 void JobQueue::offer(JobOffer offer) {
@@ -147,9 +165,9 @@ std::vector<JobEvent> JobQueue::takeEvents() {
 }
 
 void JobQueue::work() {
-    // Drawing must not notice that there is work; where the policy is not allowed the job merely runs at normal priority.
+    // Where the policy is not allowed the job merely runs at normal priority.
     const sched_param parameters{};
-    ::pthread_setschedparam(::pthread_self(), SCHED_IDLE, &parameters);
+    if (_priority == JobPriority::Idle) ::pthread_setschedparam(::pthread_self(), SCHED_IDLE, &parameters);
     std::unique_lock lock(_mutex);
     for (;;) {
         std::optional<JobOffer> offer;
@@ -158,9 +176,11 @@ void JobQueue::work() {
         lock.unlock();
         _wake();
         Work work(*this, *offer);
+        const Duration before = threadTime();
         auto result = _handlers.at(offer->kind)(work);
+        const Duration processor = threadTime() - before;
         lock.lock();
-        _table.finish(offer->key, std::move(result));
+        _table.finish(offer->key, std::move(result), processor);
         lock.unlock();
         _wake();
         lock.lock();

@@ -16,13 +16,16 @@
 
 #include "common/base/clock.h"
 #include "common/base/result.h"
+#include "common/wire/blob.h"
 
 namespace umbriel {
 
-// One attempt at one job. The same job may be tried again elsewhere; what an older attempt says is ignored.
+// One attempt at one job. The same job may be tried again elsewhere; what an older attempt says is ignored. Numbers begin
+// anew with every session, and a handler may outlive its own.
 struct JobKey {
     std::uint64_t job = 0;
     std::uint32_t attempt = 0;
+    std::uint64_t session = 0;
     friend auto operator<=>(const JobKey&, const JobKey&) = default;
 };
 
@@ -31,6 +34,7 @@ struct JobOffer {
     std::string kind;
     std::vector<std::byte> payload;
     Duration lease{};  // without a sign of life for this long the job is given up
+    std::vector<wire::Blob> blobs{};  // all that it names
 };
 
 struct JobEvent {
@@ -40,6 +44,7 @@ struct JobEvent {
     float progress = 0.0f;          // Lease: 0..1
     std::string text;               // Failed, Refused: why
     std::vector<std::byte> result;  // Done
+    Duration processor{};           // Done, Failed: time that its thread took
 };
 
 // The states of jobs, without threads: queued -> running -> done, failed or cancelled. Every job that was offered ends in
@@ -58,7 +63,7 @@ class JobTable {
     // The work shows life. False when it should stop: the job was cancelled or given up, or was never started.
     bool alive(JobKey key, float progress, TimePoint now);
     // The work is over. Nothing happens when the job has ended otherwise, or was offered anew since and waits.
-    void finish(JobKey key, Result<std::vector<std::byte>> result);
+    void finish(JobKey key, Result<std::vector<std::byte>> result, Duration processor = {});
     // Gives up running jobs whose lease is over.
     void advance(TimePoint now);
 
@@ -73,7 +78,8 @@ class JobTable {
         TimePoint deadline;     // of its lease; queued jobs wait without one
         TimePoint renewalDue;   // leases are renewed when a third of them has passed
     };
-    void end(JobKey key, JobEvent::Kind kind, std::string text = {}, std::vector<std::byte> result = {});
+    void end(JobKey key, JobEvent::Kind kind, std::string text = {}, std::vector<std::byte> result = {},
+             Duration processor = {});
 
     std::size_t _limit;
     std::map<JobKey, Job> _jobs;
@@ -86,20 +92,25 @@ class JobWork {
  public:
     virtual ~JobWork() = default;
     virtual std::span<const std::byte> payload() const = 0;
+    virtual std::span<const wire::Blob> blobs() const = 0;
     // To be called several times per lease. False: stop, nobody wants the result any more.
     virtual bool alive(float progress) = 0;
 };
 using JobHandler = std::function<Result<std::vector<std::byte>>(JobWork&)>;
 
-// Works on jobs beside drawing: one thread that only gets what the processor has left (SCHED_IDLE). All functions may be
-// called from any thread.
+// Idle threads only get what the processor has left (SCHED_IDLE): drawing must not notice them. Normal ones compete, for
+// servers that do nothing else.
+enum class JobPriority { Idle, Normal };
+
+// Works on jobs beside drawing, each on one thread. All functions may be called from any thread.
 class JobQueue {
  public:
     static constexpr std::size_t kLimit = 256;
 
     // wake: called from any thread when takeEvents() has something new.
-    JobQueue(std::map<std::string, JobHandler> handlers, std::function<void()> wake);
-    // Cancels everything and waits for the running handler to notice.
+    JobQueue(std::map<std::string, JobHandler> handlers, std::function<void()> wake, int threads = 1,
+             JobPriority priority = JobPriority::Idle);
+    // Cancels everything and waits for running handlers to notice.
     ~JobQueue();
     JobQueue(const JobQueue&) = delete;
     JobQueue& operator=(const JobQueue&) = delete;
@@ -114,6 +125,7 @@ class JobQueue {
     class Work;
     void work();
 
+    JobPriority _priority;
     SteadyClock _clock;
     std::map<std::string, JobHandler> _handlers;
     std::function<void()> _wake;
@@ -121,7 +133,7 @@ class JobQueue {
     std::condition_variable _offered;
     JobTable _table{kLimit};
     bool _stopping = false;
-    std::thread _thread;
+    std::vector<std::thread> _threads;
 };
 
 }  // namespace umbriel

@@ -61,6 +61,11 @@ struct RenderServer::Implementation {
     std::uint64_t session = 0;   // counts them, so that answers for an old one are dropped
     bool inSession = false;
     bool firstFrame = false;
+    struct WaitingJob {
+        JobOffer offer;
+        std::vector<wire::BlobRef> needed;  // offer.blobs has the first of them
+    };
+    std::deque<WaitingJob> waitingJobs;  // for blobs
     std::unique_ptr<JobQueue> jobs;  // posts to the pump until it is gone
     bool leaving = false;
     std::promise<void> left;     // when the last connection is closed
@@ -69,7 +74,8 @@ struct RenderServer::Implementation {
         : options(std::move(o)), types(t), renderer(r), node(nodeOptions(options, t), SteadyClock().now()),
           pump(node, options.insecureLan), incoming(t, ids), blobs(options.blobBudgetBytes) {
         decoder.emplace(incoming);
-        jobs = std::make_unique<JobQueue>(options.jobs, [this] { pump.post([] {}); });
+        jobs = std::make_unique<JobQueue>(
+            options.jobs, [this] { pump.post([] {}); }, options.jobThreads, options.jobPriority);
         pump.onTurn([this] { turn(); });
     }
 
@@ -99,6 +105,7 @@ struct RenderServer::Implementation {
         inSession = false;
         frames.clear();
         blobsAsked = false;
+        waitingJobs.clear();
         jobs->cancelAll();
         jobs->takeEvents();  // nobody is there to hear of them
         if (options.once && !node.hasSession()) queue.push({session, draw_task::Stop{}});
@@ -106,19 +113,60 @@ struct RenderServer::Implementation {
     void handle(event::Assigned& assigned) { push(draw_task::Assign{std::move(assigned.tiles)}); }
     void handle(event::FrameRequested& frame) { frames.push_back(std::move(frame)); }
     void handle(event::SwapRequested& swap) { push(draw_task::Swap{swap.frame}); }
-    void handle(event::BlobArrived& arrived) { blobs.put(std::move(arrived.blob)); }
+    void handle(event::BlobArrived& arrived) {
+        blobs.put(std::move(arrived.blob));
+        startJobs();
+        if (frames.empty()) blobs.trim();
+    }
     void handle(event::DigestAsked& asked) { push(draw_task::Digests{asked.query}); }
     void handle(event::ExplainAsked&) { push(draw_task::Explain{}); }
     void handle(event::JobOffered& offer) {
-        jobs->offer({{offer.job, offer.attempt}, std::move(offer.kind), std::move(offer.payload), offer.lease});
+        const JobKey key{offer.job, offer.attempt, session};
+        if (waitingJobs.size() >= JobQueue::kLimit)
+            return node.sendJobDone({offer.job, offer.attempt, wire::JobStatus::Refused,
+                                     "this server has enough to do", {}, 0, 0}, {});
+        waitingJobs.push_back({{key, std::move(offer.kind), std::move(offer.payload), offer.lease, {}},
+                               std::move(offer.blobs)});
+        startJobs();
     }
-    void handle(event::JobCancelled& cancelled) { jobs->cancel({cancelled.job, cancelled.attempt}); }
+    void handle(event::JobCancelled& cancelled) {
+        const JobKey key{cancelled.job, cancelled.attempt, session};
+        const auto waits = [&](const WaitingJob& waiting) { return waiting.offer.key == key; };
+        if (std::erase_if(waitingJobs, waits) == 0) return jobs->cancel(key);
+        node.sendJobDone({key.job, key.attempt, wire::JobStatus::Cancelled, {}, {}, 0, 0}, {});
+    }
+
+    // Jobs whose contents are all here begin, in the order of their offers; for the others the rest is asked for.
+    void startJobs() {
+        for (auto waiting = waitingJobs.begin(); waiting != waitingJobs.end();) {
+            std::vector<wire::Blob>& have = waiting->offer.blobs;
+            const std::vector<wire::BlobRef>& needed = waiting->needed;
+            // Held as soon as they are here: the cache may drop them.
+            while (have.size() < needed.size()) {
+                const MultiStorage* content = blobs.find(needed[have.size()].hash);
+                if (!content) break;
+                blobs.touch(needed[have.size()].hash);
+                have.push_back({needed[have.size()], *content});
+            }
+            if (have.size() < needed.size()) {
+                std::vector<wire::BlobRef> missing(needed.begin() + static_cast<std::ptrdiff_t>(have.size()), needed.end());
+                std::erase_if(missing, [&](const wire::BlobRef& ref) { return blobs.find(ref.hash) != nullptr; });
+                node.wantBlobs(missing);
+                ++waiting;
+                continue;
+            }
+            jobs->offer(std::move(waiting->offer));
+            waiting = waitingJobs.erase(waiting);
+        }
+    }
 
     void reportJobs() {
         for (JobEvent& done : jobs->takeEvents()) {
-            const auto [job, attempt] = done.key;
-            const auto end = [&](wire::JobStatus status) {
-                node.sendJobDone({job, attempt, status, std::move(done.text), {}, 0}, std::move(done.result));
+            const auto [job, attempt, of] = done.key;
+            if (of != session) continue;
+            const auto end = [&, job = job, attempt = attempt](wire::JobStatus status) {
+                const auto processor = static_cast<std::uint64_t>(done.processor / std::chrono::microseconds(1));
+                node.sendJobDone({job, attempt, status, std::move(done.text), {}, 0, processor}, std::move(done.result));
             };
             switch (done.kind) {
                 case JobEvent::Kind::Lease: node.sendJobLease({job, attempt, done.progress}); break;

@@ -27,6 +27,8 @@ struct RenderServerOptions {
     std::string cpu;
     std::uint64_t blobBudgetBytes = std::uint64_t{2} << 30;
     std::map<std::string, JobHandler> jobs;  // what it can do beside drawing, by kind
+    int jobThreads = 1;
+    JobPriority jobPriority = JobPriority::Idle;
     std::function<void(std::uint16_t port)> listening;  // called by run() once it can be reached
 };
 
