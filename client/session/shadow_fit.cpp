@@ -84,14 +84,15 @@ ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& li
                                                       nameOf(aspect, light), glm::degrees(kMaxShadowFov),
                                                       glm::degrees(2.0 * outer)));
             fit = fitSpot(light.positionWorld, light.directionWorld, outer, spot->range, sceneBounds, views, request);
-        } else if (light.kind == LightKind::Point) {
+        } else if (light.kind == LightKind::Point || light.kind == LightKind::Goniometric) {
             const PointLight* point = aspect.findAs<PointLight>(light.core);
+            const double range = point ? point->range : aspect.findAs<GoniometricLight>(light.core)->range;
             const double radius = 0.5 * sceneBounds.diagonal();
             const glm::dvec3 towards = sceneBounds.centre() - light.positionWorld;
             const double sine = radius / glm::length(towards);
             if (sine < std::sin(0.5 * kMaxShadowFov))
                 // At least a hair wide, for a scene that is a single point.
-                fit = fitSpot(light.positionWorld, towards, std::max(std::asin(sine), 1e-9), point->range, sceneBounds,
+                fit = fitSpot(light.positionWorld, towards, std::max(std::asin(sine), 1e-9), range, sceneBounds,
                               views, request);
             else
                 result.messages.push_back(fmt::format(

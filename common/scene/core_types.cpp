@@ -27,7 +27,7 @@ void registerCoreTypes(TypeRegistry& types) {
     types.add<DirectionalLight>();
     types.add<PointLight>();
     types.add<SpotLight>();
-    types.add<PhotometricTable>();
+    types.add<IntensityTable>();
     types.add<GoniometricLight>();
     types.add<PerspectiveCamera>();
     types.add<OrthographicCamera>();

@@ -110,17 +110,17 @@ struct SpotLight : Container {
 // The luminous intensity of a luminaire over directions, on a regular grid: columns of C, column i at 2 pi i / columns,
 // and rows of gamma, row j at pi j / (rows - 1) from nadir. Several lights may share one. In the light's frame nadir is
 // -z, C = 0 lies towards +x, C = pi/2 towards +y.
-struct PhotometricTable : Container {
-    static constexpr std::string_view kTypeName = "PhotometricTable";
+struct IntensityTable : Container {
+    static constexpr std::string_view kTypeName = "IntensityTable";
     static constexpr std::uint32_t kMaxSide = 4096;
     Single<std::uint32_t> columns{0u};  // 1 to kMaxSide
     Single<std::uint32_t> rows{0u};     // 2 to kMaxSide
     Multi<float> shares;                // of the brightest entry, row by row; of another length the light is dark
 
-    static void declare(TypeBuilder<PhotometricTable>& type) {
-        type.field<&PhotometricTable::columns>("columns");
-        type.field<&PhotometricTable::rows>("rows");
-        type.field<&PhotometricTable::shares>("shares");
+    static void declare(TypeBuilder<IntensityTable>& type) {
+        type.field<&IntensityTable::columns>("columns");
+        type.field<&IntensityTable::rows>("rows");
+        type.field<&IntensityTable::shares>("shares");
     }
 };
 
@@ -130,7 +130,7 @@ struct GoniometricLight : Container {
     Single<bool> on{true};
     Single<Ref<Node>> beacon;
     Single<glm::vec3> intensity{glm::vec3(1.0f)};  // W/sr where the table is 1
-    Single<Ref<PhotometricTable>> table;
+    Single<Ref<IntensityTable>> table;
     Single<float> range{0.0f};
     Single<float> radius{0.0f};
     Single<bool> castsShadow{true};

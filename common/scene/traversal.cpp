@@ -228,7 +228,7 @@ std::vector<LightInEffect> lightsInEffect(const Aspect& aspect, Ref<Node> root, 
             if (!on) return;
             const BeaconFrame frame = beaconFrame(aspect, hierarchy, aspect.find(beacon) ? beacon : visited.ref);
             lights.push_back({visited.ref, Ref<Container>(visited.core->id()), kind, castsShadow, frame.positionWorld,
-                              -frame.worldFromBeacon[2]});
+                              -frame.worldFromBeacon[2], frame.worldFromBeacon[0]});
         };
         if (isA<AmbientLight>(*visited.core)) {
             add(LightKind::Ambient, static_cast<const AmbientLight&>(*visited.core).on, false, {});

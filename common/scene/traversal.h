@@ -102,6 +102,7 @@ struct LightInEffect {
     bool castsShadow = false;
     glm::dvec3 positionWorld{0.0};        // of the beacon's origin
     glm::dvec3 directionWorld{0, 0, -1};  // unit; the way the light travels along its axis
+    glm::dvec3 axisXWorld{1, 0, 0};       // unit, perpendicular to it: where C = 0 of a photometric table lies
 };
 
 // Every light that is on below root, ascending by node. A light whose beacon has no direction left (a zero scale)

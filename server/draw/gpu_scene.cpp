@@ -76,6 +76,12 @@ FeatureSet surfaceFeatures(const GpuMaterial& material, FeatureSet attributes, c
     return features;
 }
 
+// The mean normals of a geometry that deforms would have to be made anew each time: its first vertices are taken.
+ShadingFrequency shadingOf(const Geometry& geometry, ContainerId deformation) {
+    const ShadingFrequency chosen = geometry.shading;
+    return deformation && chosen == ShadingFrequency::FlatMean ? ShadingFrequency::Flat : chosen;
+}
+
 FeatureSet fogFeature(const Fog* fog) {
     if (!fog) return 0;
     constexpr Feature kModes[kEnumCount<FogMode>] = {Feature::FogLinear, Feature::FogQuadratic, Feature::FogExponential,
@@ -235,15 +241,16 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         const bool isLit = (materialFeatures & kLit) != 0;
         const Geometry* geometry = scene.findAs<Geometry>(source.geometry);
         if (!geometry) continue;
+        const ShadingFrequency shading = shadingOf(*geometry, source.deformation);
         GpuGeometry::Needs needs;
         needs.keepOrder = has(materialFeatures, Feature::AlphaBlend);
         needs.faceNormals =
             wantsLayers || (isLit && (has(run.features, Feature::Shadows) || geometry->normals.empty() ||
-                                      geometry->shading.get() == ShadingFrequency::FlatMean ||
+                                      shading == ShadingFrequency::FlatMean ||
                                       geometry->normals.size() != geometry->positions.size()));
         needs.tangents = has(materialFeatures, Feature::NormalTexture) || item.material->wantsTangents;
         needs.tangentSet = item.material->texCoordSets[static_cast<std::size_t>(TextureUnit::Normal)];
-        needs.flatFaces = isLit && geometry->shading.get() == ShadingFrequency::FlatMean;
+        needs.flatFaces = isLit && shading == ShadingFrequency::FlatMean;
         needs.primitives = (layers & static_cast<std::uint32_t>(Layer::Ids)) != 0;
         Placement placement = tree.entries()[source.entry].world;
         if (source.deformation) {
@@ -261,7 +268,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         if (!item.geometry || item.geometry->triangles() == 0) continue;
 
         const FeatureSet attributes = item.geometry->attributes();
-        item.features = surfaceFeatures(*item.material, attributes, run, geometry->shading) | fogFeature(result.fog);
+        item.features = surfaceFeatures(*item.material, attributes, run, shading) | fogFeature(result.fog);
         item.casterFeatures = maskFeatures(*item.material, attributes);
         item.layerFeatures = item.casterFeatures;
         if (wantsFactors) item.layerFeatures |= run.features & ~bit(Feature::AmbientLights);

@@ -106,11 +106,11 @@ std::optional<Described> describeLight(const Aspect& scene, const SceneTree& tre
 // Where a light's table lies among the webs of the list; appended when it is not there. False: no table to go by.
 bool placeWeb(const Aspect& scene, ContainerId id, gpu::GpuLight& light, LightList& list,
               std::map<ContainerId, gpu::uint>& known) {
-    const PhotometricTable* table = scene.findAs<PhotometricTable>(id);
+    const IntensityTable* table = scene.findAs<IntensityTable>(id);
     if (!table) return false;
     const std::uint32_t columns = table->columns;
     const std::uint32_t rows = table->rows;
-    if (columns < 1 || rows < 2 || columns > PhotometricTable::kMaxSide || rows > PhotometricTable::kMaxSide ||
+    if (columns < 1 || rows < 2 || columns > IntensityTable::kMaxSide || rows > IntensityTable::kMaxSide ||
         std::size_t{columns} * rows != table->shares.size())
         return false;
     light.webColumns = columns;
