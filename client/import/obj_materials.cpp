@@ -52,6 +52,8 @@ void ObjMaterials::build(const tinyobj::material_t& source, Ref<Material> target
     edit.set<&Material::normalTexture>(normalMap);
     // Ns 0 is what exporters write for materials without a highlight; the exponent starts at 1 here.
     if (std::isfinite(source.shininess)) edit.set<&Material::shininess>(std::clamp(source.shininess, 1.0f, 1e4f));
+    if (!(source.shininess >= 0.0f && source.shininess <= 1e4f))
+        _warnings.add(place + " Ns: " + std::to_string(source.shininess) + " is out of range (0 to 10000) and clamped");
     if (alpha < 1.0f) edit.set<&Material::alphaMode>(AlphaMode::Blend);
 }
 
