@@ -120,60 +120,138 @@ Result<glm::dvec3> parseVector(std::string_view argument, std::string_view text)
     return vector;
 }
 
-Result<LightArgument> parseLight(std::string_view text) {
-    constexpr std::string_view kForm =
-        "dir:x,y,z or point:x,y,z or spot:x,y,z:dx,dy,dz:degrees, optionally followed by @r,g,b or @r,g,b,radius=m";
-    LightArgument light;
-    std::string_view geometry = text;
-    if (const std::size_t at = text.find('@'); at != std::string_view::npos) {
-        geometry = text.substr(0, at);
-        std::string_view rest = text.substr(at + 1);
-        if (const std::size_t radiusAt = rest.find(",radius="); radiusAt != std::string_view::npos) {
-            const auto radius = toNumber<float>(rest.substr(radiusAt + 8));
-            if (!radius || !std::isfinite(*radius) || *radius < 0.0f)
-                return expected("--light", text, "a radius of 0 or more metres after 'radius='");
-            light.radius = *radius;
-            rest = rest.substr(0, radiusAt);
-        }
-        const auto power = parseVector("--light", rest);
-        if (!power) return expected("--light", text, kForm);
+namespace {
+
+constexpr std::string_view kLightForm =
+    "dir:x,y,z or point:x,y,z or spot:x,y,z:dx,dy,dz:degrees or goniometric:FILE:x,y,z:dx,dy,dz, optionally followed by "
+    "@r,g,b or @r,g,b,radius=m or other KEY=VALUE";
+
+Result<void> parseLightOption(std::string_view text, std::string_view key, std::string_view value, LightArgument& light) {
+    const bool isSpot = light.kind == LightArgument::Kind::Spot;
+    const bool isWeb = light.kind == LightArgument::Kind::Goniometric;
+    const bool isSun = light.kind == LightArgument::Kind::Directional;
+    const auto number = toNumber<float>(value);
+    const bool isPositive = number && std::isfinite(*number) && *number >= 0.0f;
+    const auto take = [&](auto& into, float limit, std::string_view form) -> Result<void> {
+        if (!isPositive || *number > limit) return expected("--light", text, form);
+        into = *number;
+        return {};
+    };
+    if (key == "radius") return take(light.radius, 1e19f, "a radius of 0 or more metres after 'radius='");
+    if (key == "ambient") return take(light.ambientShare, 1e6f, "a share of 0 or more after 'ambient='");
+    if (key == "highlight") return take(light.highlightShare, 1e6f, "a share of 0 or more after 'highlight='");
+    if (isSpot && (key == "exponent" || key == "product")) {
+        light.isProduct = key == "product";
+        return take(light.exponent, 1e6f, "an exponent from 0 to 1e6 after 'exponent=' or 'product='");
+    }
+    if (isWeb && key == "scale") return take(light.scale, 1e30f, "W/sr for a candela of the file after 'scale='");
+    if (isWeb && key == "turn") {
+        if (!number || !std::isfinite(*number)) return expected("--light", text, "degrees after 'turn='");
+        light.turn = static_cast<double>(*number) * std::numbers::pi / 180.0;
+        return {};
+    }
+    if (!isSun && key == "attenuation") {
+        const auto parts = split(value, '/');
+        glm::vec3 factors(-1.0f);
+        for (int i = 0; i < 3 && parts.size() == 3; ++i)
+            factors[i] = toNumber<float>(parts[static_cast<std::size_t>(i)]).value_or(-1.0f);
+        for (int i = 0; i < 3; ++i)
+            if (!(factors[i] >= 0.0f && factors[i] <= 1e30f))
+                return expected("--light", text, "three factors of 0 or more, KC/KL/KQ, after 'attenuation='");
+        light.attenuation = factors;
+        return {};
+    }
+    return badInput(fmt::format("--light '{}': this kind of light has no '{}'", text, key));
+}
+
+// What stands behind the '@': three numbers, then KEY=VALUE; either may be missing.
+Result<void> parseLightOptions(std::string_view text, std::string_view rest, LightArgument& light) {
+    const auto parts = split(rest, ',');
+    std::size_t next = 0;
+    if (!parts.empty() && parts[0].find('=') == std::string_view::npos) {
+        const std::size_t third = parts.size() < 3 ? 0 : static_cast<std::size_t>(parts[2].data() - rest.data());
+        const auto power = parseVector("--light", parts.size() < 3 ? rest : rest.substr(0, third + parts[2].size()));
+        if (!power) return expected("--light", text, kLightForm);
         if (power->x < 0 || power->y < 0 || power->z < 0)
             return badInput(fmt::format("--light '{}': a light cannot take light away: r,g,b must be 0 or more", text));
         light.power = glm::vec3(*power);
         for (int i = 0; i < 3; ++i)
             if (!std::isfinite((*light.power)[i])) return expected("--light", text, "r,g,b within the range of a float");
+        next = 3;
     }
-    const auto parts = split(geometry, ':');
-    const auto direction = [&](std::string_view part) -> Result<glm::dvec3> {
-        const auto vector = parseVector("--light", part);
-        if (!vector) return expected("--light", text, kForm);
-        // Scaled before its length is taken, so that 1e-300 and 1e300 are directions too.
-        const double largest = std::max({std::abs(vector->x), std::abs(vector->y), std::abs(vector->z)});
-        if (largest == 0.0)
-            return badInput(fmt::format("--light '{}': the direction 0,0,0 points nowhere; give the way the light travels", text));
-        return glm::normalize(*vector / largest);
-    };
-    if (parts[0] == "dir" && parts.size() == 2) {
-        light.kind = LightArgument::Kind::Directional;
-        const auto vector = direction(parts[1]);
+    for (; next < parts.size(); ++next) {
+        const std::size_t equals = parts[next].find('=');
+        if (equals == std::string_view::npos) return expected("--light", text, kLightForm);
+        const auto option =
+            parseLightOption(text, parts[next].substr(0, equals), parts[next].substr(equals + 1), light);
+        if (!option) return option;
+    }
+    return {};
+}
+
+// Unit. Scaled before its length is taken, so that 1e-300 and 1e300 are directions too.
+Result<glm::dvec3> parseLightDirection(std::string_view text, std::string_view part) {
+    const auto vector = parseVector("--light", part);
+    if (!vector) return expected("--light", text, kLightForm);
+    const double largest = std::max({std::abs(vector->x), std::abs(vector->y), std::abs(vector->z)});
+    if (largest == 0.0)
+        return badInput(fmt::format("--light '{}': the direction 0,0,0 points nowhere; give the way the light travels", text));
+    return glm::normalize(*vector / largest);
+}
+
+// What stands before the '@'.
+Result<void> parseLightPlace(std::string_view text, std::string_view place, LightArgument& light) {
+    using Kind = LightArgument::Kind;
+    const auto parts = split(place, ':');
+    const std::size_t count = parts.size();
+    if (parts[0] == "dir" && count == 2)
+        light.kind = Kind::Directional;
+    else if (parts[0] == "point" && count == 2)
+        light.kind = Kind::Point;
+    else if (parts[0] == "spot" && count == 4)
+        light.kind = Kind::Spot;
+    else if (parts[0] == "goniometric" && count >= 4)
+        light.kind = Kind::Goniometric;
+    else
+        return expected("--light", text, kLightForm);
+    if (light.kind == Kind::Goniometric) {
+        // The name is what is left when both vectors are taken off the end: it may hold colons.
+        const auto begin = static_cast<std::size_t>(parts[1].data() - place.data());
+        const auto end = static_cast<std::size_t>(parts[count - 2].data() - place.data()) - 1;
+        light.file = place.substr(begin, end - begin);
+    }
+    if (light.kind != Kind::Directional) {
+        const auto position = parseVector("--light", parts[light.kind == Kind::Goniometric ? count - 2 : 1]);
+        if (!position) return expected("--light", text, kLightForm);
+        light.position = *position;
+    }
+    if (light.kind != Kind::Point) {
+        const std::size_t which = light.kind == Kind::Spot ? 2 : count - 1;
+        const auto vector = parseLightDirection(text, parts[which]);
         if (!vector) return vector.error();
         light.direction = *vector;
-        return light;
     }
-    const bool spot = parts[0] == "spot" && parts.size() == 4;
-    if (!spot && !(parts[0] == "point" && parts.size() == 2)) return expected("--light", text, kForm);
-    const auto position = parseVector("--light", parts[1]);
-    if (!position) return expected("--light", text, kForm);
-    light.kind = spot ? LightArgument::Kind::Spot : LightArgument::Kind::Point;
-    light.position = *position;
-    if (!spot) return light;
-    const auto vector = direction(parts[2]);
-    if (!vector) return vector.error();
-    light.direction = *vector;
+    if (light.kind != Kind::Spot) return {};
     const auto degrees = toNumber<double>(parts[3]);
-    if (!degrees || !(*degrees > 0.0 && *degrees <= 180.0))
+    if (!degrees || !(*degrees > 0.0 && *degrees <= 360.0))
         return expected("--light", text, "a cone of more than 0 and at most 180 degrees (its full opening)");
     light.coneAngle = *degrees * std::numbers::pi / 180.0;
+    return {};
+}
+
+}  // namespace
+
+Result<LightArgument> parseLight(std::string_view text) {
+    LightArgument light;
+    // From the end: names of files may hold an '@' of their own.
+    const std::size_t at = text.rfind('@');
+    const bool hasOptions = at != std::string_view::npos && text.find(':', at) == std::string_view::npos;
+    if (auto place = parseLightPlace(text, hasOptions ? text.substr(0, at) : text, light); !place) return place.error();
+    if (hasOptions)
+        if (auto options = parseLightOptions(text, text.substr(at + 1), light); !options) return options.error();
+    // Only the exponent's cone may be wider than a half space.
+    if (light.kind == LightArgument::Kind::Spot && !light.exponent && light.coneAngle > std::numbers::pi)
+        return expected("--light", text, "a cone of more than 0 and at most 180 degrees (its full opening)");
     return light;
 }
 

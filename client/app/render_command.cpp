@@ -79,6 +79,25 @@ Result<void> checkStereo(const SceneArguments& arguments, WallSetup& setup) {
     return {};
 }
 
+Result<void> checkIllumination(const SceneArguments& arguments, StageOptions& stage) {
+    if (!arguments.model.empty()) {
+        const auto model = parseReflectionModel(arguments.model);
+        if (!model) return model.error();
+        stage.model = *model;
+    }
+    if (!arguments.shading.empty()) {
+        const auto shading = parseShading(arguments.shading);
+        if (!shading) return shading.error();
+        stage.shading = *shading;
+    }
+    if (!arguments.fog.empty()) {
+        const auto fog = parseFog(arguments.fog);
+        if (!fog) return fog.error();
+        stage.fog = *fog;
+    }
+    return {};
+}
+
 nlohmann::json toJson(const FrameReport& report) {
     nlohmann::json servers = nlohmann::json::array();
     for (const ServerReport& server : report.servers)
@@ -125,6 +144,7 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
         if (!light) return light.error();
         setup.stage.lights.push_back(*light);
     }
+    if (const auto illumination = checkIllumination(arguments, setup.stage); !illumination) return illumination.error();
     const auto shadow = parseShadowMode(arguments.shadow);
     if (!shadow) return shadow.error();
     setup.stage.shadowMode = *shadow;
@@ -185,6 +205,7 @@ Result<std::unique_ptr<LoadedStage>> loadStage(const std::string& scene, const T
     auto stage = buildStage(*result->scene, result->loaded, options, aspectRatio);
     if (!stage) return stage.error();
     result->stage = std::move(*stage);
+    result->warnings.insert(result->warnings.end(), result->stage.warnings.begin(), result->stage.warnings.end());
     for (const std::string& warning : result->warnings) log::warning(fmt::format("{}: {}", scene, warning));
     for (const std::string& note : result->stage.notes) log::info(note);
     return result;

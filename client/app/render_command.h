@@ -30,6 +30,8 @@ struct SceneArguments {
     std::uint32_t mapSize = 512;
     std::vector<std::string> lights;
     std::string background;               // r,g,b
+    std::string fog;
+    std::string model, shading;           // of every material and geometry; empty: the scene's own
     int samples = 1;
     std::string tiles = "offset";
     std::string policy = "wait";          // view: degrade

@@ -5,10 +5,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "client/app/illumination_overrides.h"
+#include "client/import/intensity_table.h"
 #include "client/session/camera.h"
 #include "common/math/box.h"
 #include "common/math/rotation.h"
 #include "common/scene/lights.h"
+#include "common/scene/shading_values.h"
 #include "common/scene/traversal.h"
 
 namespace umbriel {
@@ -31,6 +34,7 @@ void switchOff(Aspect& scene, const std::vector<LightInEffect>& lights) {
         setOn<DirectionalLight>(scene, light.core, false);
         setOn<PointLight>(scene, light.core, false);
         setOn<SpotLight>(scene, light.core, false);
+        setOn<GoniometricLight>(scene, light.core, false);
     }
 }
 
@@ -71,35 +75,90 @@ class LightChain {
     Ref<Node> _beacons;
 };
 
-void addLight(Aspect& scene, LightChain& chain, const LightArgument& light, const std::string& name, const glm::dvec3& centre) {
-    const Ref<Node> beacon = chain.addBeacon(name, light.position, lookingAlong(light.direction, {0, 1, 0}), nullptr);
+// What all lights take from the command line.
+template <class Light>
+void setShares(Edit<Light>& edit, Ref<Node> beacon, const LightArgument& light) {
+    edit.template set<&Light::beacon>(beacon)
+        .template set<&Light::ambientShare>(glm::vec3(light.ambientShare))
+        .template set<&Light::highlightShare>(glm::vec3(light.highlightShare));
+}
+
+template <class Light>
+void setLocal(Edit<Light>& edit, Ref<Node> beacon, const LightArgument& light, const glm::vec3& intensity) {
+    setShares(edit, beacon, light);
+    edit.template set<&Light::intensity>(intensity).template set<&Light::radius>(light.radius);
+    if (light.attenuation)
+        edit.template set<&Light::fade>(LightFade::Polynomial).template set<&Light::attenuation>(*light.attenuation);
+}
+
+Result<void> addLight(Aspect& scene, LightChain& chain, const LightArgument& light, const std::string& name,
+                      const glm::dvec3& centre, Stage& stage) {
+    const glm::dmat3 turned(glm::rotate(glm::dmat4(1.0), light.turn, glm::dvec3(0, 0, 1)));
+    const Ref<Node> beacon =
+        chain.addBeacon(name, light.position, lookingAlong(light.direction, {0, 1, 0}) * turned, nullptr);
     if (light.kind == LightArgument::Kind::Directional) {
         const Ref<DirectionalLight> core = scene.create<DirectionalLight>(name);
-        scene.edit(core)
-            .set<&DirectionalLight::beacon>(beacon)
-            .set<&DirectionalLight::irradiance>(light.power.value_or(glm::vec3(kDefaultIrradiance)));
-        return chain.add(name, core);
+        auto edit = scene.edit(core);
+        setShares(edit, beacon, light);
+        edit.set<&DirectionalLight::irradiance>(light.power.value_or(glm::vec3(kDefaultIrradiance)));
+        chain.add(name, core);
+        return {};
     }
     // Bright enough that the middle of the scene gets what the default sun gives.
     const double distance = glm::distance(light.position, centre);
-    const float matching = static_cast<float>(kDefaultIrradiance * std::max(distance * distance, 1e-12));
+    const double fade = light.attenuation
+                            ? std::max(1.0, glm::dot(glm::dvec3(*light.attenuation), glm::dvec3(1.0, distance, distance * distance)))
+                            : distance * distance;
+    const float matching = static_cast<float>(kDefaultIrradiance * std::max(fade, 1e-12));
     const glm::vec3 intensity = light.power.value_or(glm::vec3(matching));
     if (light.kind == LightArgument::Kind::Point) {
         const Ref<PointLight> core = scene.create<PointLight>(name);
-        scene.edit(core)
-            .set<&PointLight::beacon>(beacon)
-            .set<&PointLight::intensity>(intensity)
-            .set<&PointLight::radius>(light.radius);
-        return chain.add(name, core);
+        auto edit = scene.edit(core);
+        setLocal(edit, beacon, light, intensity);
+        chain.add(name, core);
+        return {};
+    }
+    if (light.kind == LightArgument::Kind::Goniometric) {
+        const auto luminaire = readPhotometricFile(light.file);
+        if (!luminaire) return luminaire.error();
+        for (const std::string& repair : luminaire->repairs) stage.warnings.push_back(light.file + ": " + repair);
+        if (!(luminaire->web.maxIntensity() > 0.0)) stage.warnings.push_back(light.file + ": the luminaire is dark");
+        const Ref<GoniometricLight> core = scene.create<GoniometricLight>(name);
+        const glm::vec3 brightest =
+            light.scale ? light.power.value_or(glm::vec3(1.0f)) *
+                              static_cast<float>(static_cast<double>(*light.scale) * luminaire->web.maxIntensity())
+                        : intensity;
+        const Ref<IntensityTable> table = createIntensityTable(scene, *luminaire);
+        auto edit = scene.edit(core);
+        setLocal(edit, beacon, light, brightest);
+        edit.set<&GoniometricLight::table>(table);
+        chain.add(name, core);
+        return {};
     }
     const Ref<SpotLight> core = scene.create<SpotLight>(name);
-    scene.edit(core)
-        .set<&SpotLight::beacon>(beacon)
-        .set<&SpotLight::intensity>(intensity)
-        .set<&SpotLight::outerAngle>(static_cast<float>(0.5 * light.coneAngle))
-        .set<&SpotLight::innerAngle>(static_cast<float>(0.5 * kInnerConeShare * light.coneAngle))
-        .set<&SpotLight::radius>(light.radius);
+    auto edit = scene.edit(core);
+    setLocal(edit, beacon, light, intensity);
+    edit.set<&SpotLight::outerAngle>(static_cast<float>(0.5 * light.coneAngle))
+        .set<&SpotLight::innerAngle>(static_cast<float>(0.5 * kInnerConeShare * light.coneAngle));
+    if (light.exponent)
+        edit.set<&SpotLight::falloff>(light.isProduct ? SpotFalloff::Product : SpotFalloff::Cone)
+            .set<&SpotLight::exponent>(*light.exponent);
     chain.add(name, core);
+    return {};
+}
+
+// The fog of all viewports; as bright as the background unless it says otherwise.
+Ref<Fog> createFog(Aspect& scene, const StageOptions& options) {
+    const FogArgument& argument = *options.fog;
+    const Ref<Fog> fog = scene.create<Fog>("fog");
+    auto edit = scene.edit(fog);
+    edit.set<&Fog::mode>(argument.mode).set<&Fog::start>(argument.start).set<&Fog::end>(argument.end);
+    edit.set<&Fog::density>(argument.density);
+    if (argument.colour)
+        edit.set<&Fog::colour>(*argument.colour);
+    else if (options.background)
+        edit.set<&Fog::colour>(*options.background);
+    return fog;
 }
 
 Ref<Viewport> addViewport(Aspect& scene, const Stage& stage, const std::string& name, Ref<Container> camera,
@@ -110,6 +169,7 @@ Ref<Viewport> addViewport(Aspect& scene, const Stage& stage, const std::string& 
     edit.set<&Viewport::camera>(camera);
     edit.set<&Viewport::shadowMode>(options.shadowMode);
     edit.set<&Viewport::mapSize>(options.mapSize);
+    if (stage.fog) edit.set<&Viewport::fog>(stage.fog);
     if (options.background) {
         const Ref<ColourBackground> background = scene.create<ColourBackground>("background");
         scene.edit(background).set<&ColourBackground::colour>(glm::vec4(*options.background, 1.0f));
@@ -172,13 +232,15 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
     } else if (!options.lights.empty()) {
         if (!own.empty()) stage.notes.push_back(fmt::format("--light replaces the scene's own {} lights", own.size()));
         switchOff(scene, own);
-        for (std::size_t i = 0; i < options.lights.size(); ++i)
-            addLight(scene, chain, options.lights[i], fmt::format("light {}", i), centre);
+        for (std::size_t i = 0; i < options.lights.size(); ++i) {
+            const auto added = addLight(scene, chain, options.lights[i], fmt::format("light {}", i), centre, stage);
+            if (!added) return added.error();
+        }
     } else if (own.empty()) {
         stage.notes.push_back("the scene has no lights: a default sun and a weak ambient light are used");
         LightArgument sun;
         sun.direction = glm::normalize(kDefaultSunDirection);
-        addLight(scene, chain, sun, "default sun", centre);
+        if (const auto added = addLight(scene, chain, sun, "default sun", centre, stage); !added) return added.error();
         const Ref<AmbientLight> ambient = scene.create<AmbientLight>("default ambient");
         scene.edit(ambient).set<&AmbientLight::radiance>(glm::vec3(kDefaultAmbientRadiance));
         chain.add("default ambient", ambient);
@@ -209,6 +271,10 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
     if (const auto fitted = fitToWall(scene, chosen, options); !fitted) return fitted.error();
     stage.root = chain.root();
     stage.window = scene.create<Window>("window");
+    if (options.fog) stage.fog = createFog(scene, options);
+    if (options.model) overrideModel(scene, *options.model);
+    if (options.shading) overrideShading(scene, *options.shading);
+    for (std::string& repair : repairShadingValues(scene)) stage.warnings.push_back(std::move(repair));
     if (!options.stereo) {
         stage.viewport = addViewport(scene, stage, "viewport", chosen, options);
         return stage;

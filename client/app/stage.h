@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "client/app/arguments.h"
+#include "client/app/illumination_arguments.h"
 #include "common/base/result.h"
 #include "common/scene/animation.h"
 #include "common/scene/aspect.h"
@@ -34,6 +35,9 @@ struct StageOptions {
     std::uint32_t mapSize = 512;
     std::optional<glm::vec3> background;   // linear; none: transparent black
     std::optional<StereoArguments> stereo;
+    std::optional<ReflectionModel> model;      // of every material; none: the scene's own
+    std::optional<ShadingFrequency> shading;   // of every geometry
+    std::optional<FogArgument> fog;
     std::optional<glm::dvec2> wallSize;    // metres; none: the wall is as far away as its field of view puts it at 1 m
 };
 
@@ -42,11 +46,13 @@ struct StageOptions {
 struct Stage {
     Ref<Window> window;
     Ref<Viewport> viewport;
+    Ref<Fog> fog;                          // none: clear air
     Ref<Node> root;                        // of everything that is drawn
     Ref<Node> cameraBeacon;                // where a camera of ours stands; none when the file's camera is used
     Ref<Transform> cameraPose;
     Ref<PerspectiveCamera> ownCamera;
     std::vector<std::string> notes;        // what was chosen for the user, for the log
+    std::vector<std::string> warnings;     // what was put right
 };
 
 // The default light, used when neither the file nor the user brings one: a sun from the upper left behind the viewer and a

@@ -47,6 +47,11 @@ constexpr std::array kDemos = {
          49,
          10000,
          [](Aspect& aspect, int count) { return buildSpheres(aspect, count); }},
+    Demo{{"torus", "a shiny torus of n segments around and half as many across: what interpolated shading makes of it",
+          "n=SEGMENTS (1 to 2000, default 48; fewer than 3 count as 3)"},
+         48,
+         2000,
+         [](Aspect& aspect, int count) { return buildTorus(aspect, count); }},
 };
 
 constexpr std::array<DemoDescription, kDemos.size()> kDescriptions = [] {

@@ -11,5 +11,6 @@ Ref<LoadedScene> buildCity(Aspect& aspect, int buildings);
 Ref<LoadedScene> buildCloth(Aspect& aspect);
 Ref<LoadedScene> buildPalms(Aspect& aspect, int palms);
 Ref<LoadedScene> buildSpheres(Aspect& aspect, int count);
+Ref<LoadedScene> buildTorus(Aspect& aspect, int segments);
 
 }  // namespace umbriel
