@@ -71,6 +71,12 @@ std::span<const Domain> domainsOf(const Container& container) {
     return {};
 }
 
+std::string textOf(const Container& container) {
+    const std::string& name = container.name.get();
+    return fmt::format("{} {}", container.type().name,
+                       name.empty() ? fmt::format("#{}", container.id().value) : "'" + name + "'");
+}
+
 class Repair {
  public:
     Repair(const Container& container, std::vector<std::string>& messages)
@@ -86,11 +92,9 @@ class Repair {
             values[i] = std::isnan(given) ? fallback : std::clamp(given, domain.low, domain.high);
             // A table of ten thousand wrong numbers is one thing that is wrong.
             if (!changed) {
-                const std::string& name = _container.name.get();
-                _messages.push_back(
-                    fmt::format("{} {}: its {} {} is out of range ({} to {}) and taken as {}", _container.type().name,
-                                name.empty() ? fmt::format("#{}", _container.id().value) : "'" + name + "'",
-                                domain.field, given, domain.low, domain.high, values[i]));
+                _messages.push_back(fmt::format("{}: its {} {} is out of range ({} to {}) and taken as {}",
+                                                textOf(_container), domain.field, given, domain.low, domain.high,
+                                                values[i]));
             }
             changed = true;
         }
@@ -113,6 +117,18 @@ std::vector<float> floatsOf(std::span<const std::byte> bytes) {
     return values;
 }
 
+// A goniometric light without a table that fits cannot be mended: it stays dark, which somebody should know.
+void reportTable(const Aspect& scene, const Container& container, std::vector<std::string>& messages) {
+    if (!isA<GoniometricLight>(container)) return;
+    const auto& light = static_cast<const GoniometricLight&>(container);
+    const IntensityTable* table = scene.find(light.table.get());
+    const bool fits = table && table->columns >= 1 && table->rows >= 2 && table->columns <= IntensityTable::kMaxSide &&
+                      table->rows <= IntensityTable::kMaxSide &&
+                      std::size_t{table->columns} * table->rows == table->shares.size();
+    if (!fits)
+        messages.push_back(fmt::format("{} is dark: its table is missing or not columns x rows", textOf(container)));
+}
+
 }  // namespace
 
 std::vector<std::string> repairShadingValues(Aspect& scene) {
@@ -120,6 +136,7 @@ std::vector<std::string> repairShadingValues(Aspect& scene) {
     RawEdit edit(scene);
     for (const ContainerId id : scene.ids()) {
         const Container& container = *scene.find(id);
+        reportTable(scene, container, messages);
         for (const Domain& domain : domainsOf(container)) {
             const auto& fields = container.type().fields;
             const auto field = std::find_if(fields.begin(), fields.end(), [&](const FieldDescriptor& candidate) {

@@ -90,6 +90,8 @@ TEST(FormulaLightValues, ClampedProductMayBeBrighterThanItsFactors) {
 
 TEST(FormulaLightValues, FogHasItsFourCurves) {
     EXPECT_DOUBLE_EQ(f::fogLinear(15, 10, 20), 0.5);
+    EXPECT_DOUBLE_EQ(f::fogQuadratic(15, 10, 20), 0.25);
+    EXPECT_DOUBLE_EQ(f::fogQuadratic(12.5, 10, 20), 0.5625);
     EXPECT_EQ(f::fogLinear(9, 10, 20), 1);
     EXPECT_EQ(f::fogLinear(21, 10, 20), 0);
     EXPECT_EQ(f::fogLinear(9.99, 10, 10), 1) << "start = end is a step";

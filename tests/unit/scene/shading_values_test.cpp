@@ -31,7 +31,12 @@ TEST_F(ShadingValuesTest, ASoundSceneIsLeftAsItIs) {
     scene->create<Material>();
     scene->create<DirectionalLight>();
     scene->create<SpotLight>();
-    scene->create<GoniometricLight>();
+    const auto table = scene->create<IntensityTable>();
+    scene->edit(table)
+        .set<&IntensityTable::columns>(1u)
+        .set<&IntensityTable::rows>(2u)
+        .assign<&IntensityTable::shares>(std::vector<float>{1.0f, 0.5f});
+    scene->edit(scene->create<GoniometricLight>()).set<&GoniometricLight::table>(table);
     scene->create<Fog>();
     scene->commit();
     EXPECT_TRUE(repairShadingValues(*scene).empty());
@@ -55,7 +60,7 @@ TEST_F(ShadingValuesTest, EachRepairNamesContainerFieldAndValue) {
     std::string all;
     for (const std::string& repair : repairs) all += repair + "\n";
     for (const char* part : {"Material 'steel': its roughness -0.5 is out of range (0 to 1) and taken as 0",
-                             "its metallic nan", "its specular -1", "its shininess 1e+09", "its lobeExponents nan",
+                             "its metallic nan", "its specular -1", "its shininess 1000000000", "its lobeExponents nan",
                              "PointLight #", "its intensity nan", "Fog 'haze': its density -1"})
         EXPECT_NE(all.find(part), std::string::npos) << part << " in\n" << all;
     const Material& repaired = scene->get(steel);
@@ -67,6 +72,17 @@ TEST_F(ShadingValuesTest, EachRepairNamesContainerFieldAndValue) {
     EXPECT_EQ(scene->get(lamp).intensity.get(), glm::vec3(1.0f, 2.0f, 0.0f));
     EXPECT_TRUE(repairShadingValues(*scene).empty()) << "once is enough";
     EXPECT_EQ(scene->commit().created.size(), 3u);
+}
+
+TEST_F(ShadingValuesTest, AGoniometricLightWithoutAFittingTableIsReported) {
+    const auto lamp = scene->create<GoniometricLight>("lamp");
+    ASSERT_EQ(repairShadingValues(*scene).size(), 1u);
+    const auto table = scene->create<IntensityTable>();
+    scene->edit(table).set<&IntensityTable::columns>(2u).set<&IntensityTable::rows>(2u);
+    scene->edit(lamp).set<&GoniometricLight::table>(table);
+    const std::vector<std::string> repairs = repairShadingValues(*scene);
+    ASSERT_EQ(repairs.size(), 1u);
+    EXPECT_NE(repairs[0].find("GoniometricLight 'lamp' is dark"), std::string::npos) << repairs[0];
 }
 
 }  // namespace
