@@ -161,6 +161,28 @@ TEST_F(FrequencyTest, BothSidesAreLitAtEveryFrequency) {
     }
 }
 
+// As OpenGL modulates: the texel multiplies what the vertices found; maps that vertices cannot see cost nothing.
+TEST_F(FrequencyTest, AtVerticesTheBaseTextureMultipliesAndOtherMapsAreLeftOut) {
+    const auto sun = scene->create<DirectionalLight>();
+    const Ref<Material> of = glossy(ReflectionModel::BlinnPhong);
+    const Ref<Texture> half = checkerTexture(1, {188, 188, 188, 255});
+    scene->edit(of).set<&Material::emission>(glm::vec3(0.0f)).set<&Material::specularTexture>(half);
+    scene->edit(of).set<&Material::normalTexture>(half).set<&Material::occlusionTexture>(half);
+    shaded(lit(root, sun, {0.3f, 0, -1}), gridMesh(1.0f), of, ShadingFrequency::Gouraud);
+    const View view = flatView(1.5, {16, 16});
+    const WallImage plain = drawColour(wallViews(view));
+    ASSERT_FALSE(plain.values.empty());
+    const std::string without = renderer->explain();
+    for (const char* map : {"uv0", "-map"}) EXPECT_EQ(without.find(map), std::string::npos) << without;
+    const Ref<Texture> magenta = checkerTexture(1, {255, 0, 255, 255});  // 0 and 1 in any encoding
+    scene->edit(of).set<&Material::baseColourTexture>(magenta);
+    const WallImage textured = drawColour(wallViews(view));
+    ASSERT_FALSE(textured.values.empty());
+    EXPECT_NE(renderer->explain().find("uv0 base-colour-map"), std::string::npos) << renderer->explain();
+    for (int channel = 0; channel < 3; ++channel)
+        EXPECT_NEAR(textured.at(8, 8)[channel], channel == 1 ? 0.0f : plain.at(8, 8)[channel], 1e-6f);
+}
+
 // A shadow's edge is the pixel's at every frequency, not the vertices'.
 TEST_F(FrequencyTest, ShadowsOfGouraudAndFlatShadingAreThoseOfThePixels) {
     std::vector<WallImage> images;
