@@ -123,10 +123,12 @@ Result<glm::dvec3> parseVector(std::string_view argument, std::string_view text)
 namespace {
 
 constexpr std::string_view kLightForm =
-    "dir:x,y,z or point:x,y,z or spot:x,y,z:dx,dy,dz:degrees or goniometric:FILE:x,y,z:dx,dy,dz, optionally followed by "
+    "dir:x,y,z or point:x,y,z or spot:x,y,z:dx,dy,dz:degrees or goniometric:FILE:x,y,z:dx,dy,dz, optionally followed "
+    "by "
     "@r,g,b or @r,g,b,radius=m or other KEY=VALUE";
 
-Result<void> parseLightOption(std::string_view text, std::string_view key, std::string_view value, LightArgument& light) {
+Result<void> parseLightOption(std::string_view text, std::string_view key, std::string_view value,
+                              LightArgument& light) {
     const bool isSpot = light.kind == LightArgument::Kind::Spot;
     const bool isWeb = light.kind == LightArgument::Kind::Goniometric;
     const bool isSun = light.kind == LightArgument::Kind::Directional;
@@ -195,7 +197,8 @@ Result<glm::dvec3> parseLightDirection(std::string_view text, std::string_view p
     if (!vector) return expected("--light", text, kLightForm);
     const double largest = std::max({std::abs(vector->x), std::abs(vector->y), std::abs(vector->z)});
     if (largest == 0.0)
-        return badInput(fmt::format("--light '{}': the direction 0,0,0 points nowhere; give the way the light travels", text));
+        return badInput(
+            fmt::format("--light '{}': the direction 0,0,0 points nowhere; give the way the light travels", text));
     return glm::normalize(*vector / largest);
 }
 

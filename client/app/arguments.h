@@ -31,14 +31,14 @@ struct LightArgument {
     double coneAngle = 0.0;               // radians, full opening of the cone, spot
     std::optional<glm::vec3> power;       // W/m^2 (directional) or W/sr; none: chosen from the scene
     float radius = 0.0f;                  // metres
-    std::optional<glm::vec3> attenuation; // kc, kl, kq of the artist's; none: 1/d^2
-    std::optional<float> exponent;        // of a spot that falls off with a power; none: a soft edge
-    bool isProduct = false;               // that power is clamped with the attenuation, not cut at the cone
+    std::optional<glm::vec3> attenuation;  // kc, kl, kq of the artist's; none: 1/d^2
+    std::optional<float> exponent;         // of a spot that falls off with a power; none: a soft edge
+    bool isProduct = false;                // that power is clamped with the attenuation, not cut at the cone
     float ambientShare = 0.0f;
     float highlightShare = 1.0f;
-    std::string file;                     // goniometric: .ies or .ldt
-    double turn = 0.0;                    // goniometric: radians about its axis
-    std::optional<float> scale;           // goniometric: W/sr for a candela of the file
+    std::string file;            // goniometric: .ies or .ldt
+    double turn = 0.0;           // goniometric: radians about its axis
+    std::optional<float> scale;  // goniometric: W/sr for a candela of the file
 };
 
 // "1280x720": both 1 to 1048576.
@@ -53,7 +53,8 @@ Result<glm::dvec2> parseWallSize(std::string_view text);
 Result<glm::dvec3> parseVector(std::string_view argument, std::string_view text);
 Result<double> parseNumber(std::string_view argument, std::string_view text);
 // "dir:x,y,z", "point:x,y,z", "spot:x,y,z:dx,dy,dz:deg", "goniometric:FILE:x,y,z:dx,dy,dz", each with an optional
-// "@[r,g,b][,key=value...]": radius, attenuation, exponent, product, ambient, highlight, turn, scale (docs/commands.md).
+// "@[r,g,b][,key=value...]": radius, attenuation, exponent, product, ambient, highlight, turn, scale
+// (docs/commands.md).
 Result<LightArgument> parseLight(std::string_view text);
 // Short or enum name, as in "std" or "STD_SHADOW_MAP"; a mode this version does not draw is refused as such.
 Result<ShadowMode> parseShadowMode(std::string_view text);

@@ -31,7 +31,7 @@ struct SceneArguments {
     std::vector<std::string> lights;
     std::string background;               // r,g,b
     std::string fog;
-    std::string model, shading;           // of every material and geometry; empty: the scene's own
+    std::string model, shading;  // of every material and geometry; empty: the scene's own
     int samples = 1;
     std::string tiles = "offset";
     std::string policy = "wait";          // view: degrade

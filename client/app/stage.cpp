@@ -106,9 +106,10 @@ Result<void> addLight(Aspect& scene, LightChain& chain, const LightArgument& lig
     }
     // Bright enough that the middle of the scene gets what the default sun gives.
     const double distance = glm::distance(light.position, centre);
-    const double fade = light.attenuation
-                            ? std::max(1.0, glm::dot(glm::dvec3(*light.attenuation), glm::dvec3(1.0, distance, distance * distance)))
-                            : distance * distance;
+    const double fade =
+        light.attenuation
+            ? std::max(1.0, glm::dot(glm::dvec3(*light.attenuation), glm::dvec3(1.0, distance, distance * distance)))
+            : distance * distance;
     const float matching = static_cast<float>(kDefaultIrradiance * std::max(fade, 1e-12));
     const glm::vec3 intensity = light.power.value_or(glm::vec3(matching));
     if (light.kind == LightArgument::Kind::Point) {

@@ -35,8 +35,8 @@ struct StageOptions {
     std::uint32_t mapSize = 512;
     std::optional<glm::vec3> background;   // linear; none: transparent black
     std::optional<StereoArguments> stereo;
-    std::optional<ReflectionModel> model;      // of every material; none: the scene's own
-    std::optional<ShadingFrequency> shading;   // of every geometry
+    std::optional<ReflectionModel> model;     // of every material; none: the scene's own
+    std::optional<ShadingFrequency> shading;  // of every geometry
     std::optional<FogArgument> fog;
     std::optional<glm::dvec2> wallSize;    // metres; none: the wall is as far away as its field of view puts it at 1 m
 };

@@ -27,7 +27,9 @@ std::filesystem::path serverBesideThisProgram() {
 }
 
 void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
-    command.add_option("SCENE", arguments.scene, "a .gltf, .glb or .obj file, or demo:city, demo:car, demo:cloth, demo:spheres?n=N, demo:torus?n=N")
+    command
+        .add_option("SCENE", arguments.scene,
+                    "a .gltf, .glb or .obj file, or demo:city, demo:car, demo:cloth, demo:spheres?n=N, demo:torus?n=N")
         ->required();
     command.add_option("--servers", arguments.servers, "servers that run already: HOST:PORT or NAME=HOST:PORT, separated by commas");
     command.add_option("--local", arguments.local, "start this many servers on this machine (default: one per tile, at most 16)");
@@ -44,15 +46,20 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command.add_option("--shadow", arguments.shadow, "shadow mode: none, std")->capture_default_str();
     command.add_option("--map-size", arguments.mapSize, "shadow map size in texels; 0: the largest power of two within the wall")
         ->capture_default_str();
-    command.add_option("--light", arguments.lights,
-                       "dir:x,y,z | point:x,y,z | spot:x,y,z:dx,dy,dz:deg | goniometric:FILE:x,y,z:dx,dy,dz, optionally "
-                       "@r,g,b[,KEY=VALUE...] (W/m2 or W/sr, linear; radius, attenuation=KC/KL/KQ, exponent, product, ambient, "
-                       "highlight, turn, scale); directions are the way the light travels, deg is the cone's full opening; "
-                       "repeatable; replaces the scene's own lights; none: no light at all")
+    command
+        .add_option(
+            "--light", arguments.lights,
+            "dir:x,y,z | point:x,y,z | spot:x,y,z:dx,dy,dz:deg | goniometric:FILE:x,y,z:dx,dy,dz, optionally "
+            "@r,g,b[,KEY=VALUE...] (W/m2 or W/sr, linear; radius, attenuation=KC/KL/KQ, exponent, product, ambient, "
+            "highlight, turn, scale); directions are the way the light travels, deg is the cone's full opening; "
+            "repeatable; replaces the scene's own lights; none: no light at all")
         ->allow_extra_args(false);  // one value each time, so that SCENE may follow
-    command.add_option("--model", arguments.model, "reflection model of every material (default: each its own): lambert, phong, ...");
-    command.add_option("--shading", arguments.shading, "where every geometry is shaded: flat, flat-mean, gouraud, phong (pixels)");
-    command.add_option("--fog", arguments.fog, "linear:START:END, quadratic:START:END, exp:DENSITY, exp2:DENSITY, optionally @r,g,b");
+    command.add_option("--model", arguments.model,
+                       "reflection model of every material (default: each its own): lambert, phong, ...");
+    command.add_option("--shading", arguments.shading,
+                       "where every geometry is shaded: flat, flat-mean, gouraud, phong (pixels)");
+    command.add_option("--fog", arguments.fog,
+                       "linear:START:END, quadratic:START:END, exp:DENSITY, exp2:DENSITY, optionally @r,g,b");
     command.add_option("--background", arguments.background, "r,g,b linear (default: transparent black)");
     command.add_option("--samples", arguments.samples, "samples per pixel, 1 or 4")->capture_default_str();
     command.add_option("--tiles", arguments.tiles, "exact: bit-equal to one server, needs wall-sized targets; offset")
@@ -158,11 +165,12 @@ int main(int argc, char** argv) {
 
     ModelsArguments models;
     models.scene.size = "320x240";
-    CLI::App* modelsCommand =
-        app.add_subcommand("models", "one scene under every reflection model and shading frequency: pictures and figures");
+    CLI::App* modelsCommand = app.add_subcommand(
+        "models", "one scene under every reflection model and shading frequency: pictures and figures");
     addSceneOptions(*modelsCommand, models.scene);
     modelsCommand->add_option("--out", models.out, "all pictures on one sheet, .png");
-    modelsCommand->add_option("--frames", models.frames, "drawn for the cost; the quickest counts")->capture_default_str();
+    modelsCommand->add_option("--frames", models.frames, "drawn for the cost; the quickest counts")
+        ->capture_default_str();
     modelsCommand->add_flag("--json", models.json, "print JSON");
     modelsCommand->footer("Example: umbriel models demo:torus?n=20 --out models.png");
 

@@ -92,8 +92,8 @@ ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& li
             const double sine = radius / glm::length(towards);
             if (sine < std::sin(0.5 * kMaxShadowFov))
                 // At least a hair wide, for a scene that is a single point.
-                fit = fitSpot(light.positionWorld, towards, std::max(std::asin(sine), 1e-9), range, sceneBounds,
-                              views, request);
+                fit = fitSpot(light.positionWorld, towards, std::max(std::asin(sine), 1e-9), range, sceneBounds, views,
+                              request);
             else
                 result.messages.push_back(fmt::format(
                     "point light {} is inside the scene and casts no shadow: a single map cannot see all around it",

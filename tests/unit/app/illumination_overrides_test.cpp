@@ -53,7 +53,8 @@ TEST_F(OverridesTest, AHighlightKeepsItsWidthFromModelToModel) {
     EXPECT_NEAR(now().roughness, 0.5f, 1e-4f);
 }
 
-// What every model makes of one material looks alike: straight on, diffuse light differs by the coat's 4 %, and by what is left of the highlight.
+// What every model makes of one material looks alike: straight on, diffuse light differs by the coat's 4 %, and by what
+// is left of the highlight.
 TEST_F(OverridesTest, TheDiffusePartOfEveryModelIsAboutTheSame) {
     ShadedPoint point;
     point.toEyeWorld = glm::normalize(glm::dvec3(1.5, 0.0, 1.0));  // beside every highlight but Schlick's long tail

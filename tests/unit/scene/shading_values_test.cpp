@@ -32,10 +32,8 @@ TEST_F(ShadingValuesTest, ASoundSceneIsLeftAsItIs) {
     scene->create<DirectionalLight>();
     scene->create<SpotLight>();
     const auto table = scene->create<IntensityTable>();
-    scene->edit(table)
-        .set<&IntensityTable::columns>(1u)
-        .set<&IntensityTable::rows>(2u)
-        .assign<&IntensityTable::shares>(std::vector<float>{1.0f, 0.5f});
+    scene->edit(table).set<&IntensityTable::columns>(1u).set<&IntensityTable::rows>(2u).assign<&IntensityTable::shares>(
+        std::vector<float>{1.0f, 0.5f});
     scene->edit(scene->create<GoniometricLight>()).set<&GoniometricLight::table>(table);
     scene->create<Fog>();
     scene->commit();
