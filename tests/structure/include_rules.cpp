@@ -23,6 +23,7 @@ constexpr std::array kModules{
     ModuleRule{"common/math", "common/base"},
     ModuleRule{"common/scene", "common/base common/math"},
     ModuleRule{"common/wall", "common/base common/math common/scene"},
+    ModuleRule{"common/light", "common/base common/math common/scene shaders"},  // the formulas, as C++
     ModuleRule{"common/visibility", "common/base common/math common/trace"},
     ModuleRule{"common/image", "common/base common/math"},
     ModuleRule{"common/trace", "common/base common/math"},
