@@ -30,6 +30,7 @@ struct SceneArguments {
     std::uint32_t mapSize = 512;
     std::vector<std::string> lights;
     std::string background;               // r,g,b
+    std::string environment;              // a file, or capture:x,y,z[:bounces]
     int samples = 1;
     std::string tiles = "offset";
     std::string policy = "wait";          // view: degrade
@@ -58,6 +59,7 @@ struct WallSetup {
     std::vector<TileAssignment> tiles;    // of all eyes that are drawn
     std::vector<Eye> eyes = {Eye::Mono};
     StageOptions stage;
+    EnvironmentArgument environment;
     ClusterOptions cluster;
     TileMode tileMode = TileMode::Offset;
     std::uint32_t samples = 1;

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "client/import/environment_import.h"
 #include "client/session/camera.h"
+#include "common/light/environment_map.h"
 #include "common/math/box.h"
 #include "common/math/rotation.h"
 #include "common/scene/lights.h"
@@ -114,6 +116,10 @@ Ref<Viewport> addViewport(Aspect& scene, const Stage& stage, const std::string& 
         const Ref<ColourBackground> background = scene.create<ColourBackground>("background");
         scene.edit(background).set<&ColourBackground::colour>(glm::vec4(*options.background, 1.0f));
         edit.set<&Viewport::background>(Ref<Container>(background.id));
+    } else if (stage.environment && !options.captureEnvironment) {
+        const Ref<EnvironmentBackground> background = scene.create<EnvironmentBackground>("background");
+        scene.edit(background).set<&EnvironmentBackground::light>(stage.environment);
+        edit.set<&Viewport::background>(Ref<Container>(background.id));
     }
     scene.edit(stage.window).append<&Window::viewports>(viewport);
     return viewport;
@@ -174,6 +180,8 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
         switchOff(scene, own);
         for (std::size_t i = 0; i < options.lights.size(); ++i)
             addLight(scene, chain, options.lights[i], fmt::format("light {}", i), centre);
+    } else if (own.empty() && !options.environment.empty()) {
+        stage.notes.push_back("the scene has no lights: the environment alone lights it");
     } else if (own.empty()) {
         stage.notes.push_back("the scene has no lights: a default sun and a weak ambient light are used");
         LightArgument sun;
@@ -182,6 +190,16 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
         const Ref<AmbientLight> ambient = scene.create<AmbientLight>("default ambient");
         scene.edit(ambient).set<&AmbientLight::radiance>(glm::vec3(kDefaultAmbientRadiance));
         chain.add("default ambient", ambient);
+    }
+
+    if (!options.environment.empty() || options.captureEnvironment) {
+        stage.environment = scene.create<EnvironmentLight>("environment");
+        if (!options.captureEnvironment) {
+            const auto panorama = loadPanorama(options.environment, stage.notes);
+            if (!panorama) return panorama.error();
+            scene.edit(stage.environment).set<&EnvironmentLight::map>(addEnvironmentMap(scene, *panorama));
+        }
+        chain.add("environment", stage.environment);
     }
 
     // Our own camera stands by even when the file's is used: a viewer moves on from there.

@@ -48,7 +48,12 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
                        "dir and spot give the way the light travels, deg is the cone's full opening; repeatable; "
                        "replaces the scene's own lights; none: no light at all")
         ->allow_extra_args(false);  // one value each time, so that SCENE may follow
-    command.add_option("--background", arguments.background, "r,g,b linear (default: transparent black)");
+    command.add_option("--background", arguments.background,
+                       "r,g,b linear (default: the environment, without one transparent black)");
+    command.add_option(
+        "--environment", arguments.environment,
+        "light from all around: a panorama (.exr, .hdr, .png), or capture:x,y,z[:TIMES], the scene as it "
+        "is seen from there, TIMES over so that mirrors show mirrors (default 1, at most 8)");
     command.add_option("--samples", arguments.samples, "samples per pixel, 1 or 4")->capture_default_str();
     command.add_option("--tiles", arguments.tiles, "exact: bit-equal to one server, needs wall-sized targets; offset")
         ->capture_default_str();

@@ -96,18 +96,18 @@ void fillCube(int size, std::vector<glm::vec3>& texels, Fill&& fill) {
                 texels.push_back(glm::vec3(fill(face, column, row)));
 }
 
-glm::dvec3 cubeDirection(int face, double column, double row, int size) {
+glm::dvec3 unitCubeDirection(int face, double column, double row, int size) {
     return glm::normalize(f::directionFromCube(face, {column / size, row / size}));
 }
 
-// The texel's average: 4 x 4 lookups, closer than the panorama's texels.
+// The texel's average: 2 x 2 lookups, no farther apart than the texels of the level they read.
 glm::dvec3 mirrored(const Pyramid& pyramid, int face, int column, int row, int size) {
-    constexpr int kSub = 4;
+    constexpr int kSub = 2;
     glm::dvec3 sum(0.0);
     const double solidAngle = 4.0 * kPi / (6.0 * size * size * kSub * kSub);
     for (int y = 0; y < kSub; ++y)
         for (int x = 0; x < kSub; ++x)
-            sum += pyramid.average(cubeDirection(face, column + (x + 0.5) / kSub, row + (y + 0.5) / kSub, size),
+            sum += pyramid.average(unitCubeDirection(face, column + (x + 0.5) / kSub, row + (y + 0.5) / kSub, size),
                                    solidAngle);
     return sum / double(kSub * kSub);
 }
@@ -172,7 +172,7 @@ std::vector<glm::vec3> convolve(const Panorama& coarse, int size) {
                  glm::dvec3(coarse.at(column, row)), f::latLongTexelSolidAngle(row, coarse.columns, coarse.rows)});
     std::vector<glm::vec3> texels;
     fillCube(size, texels, [&](int face, int column, int row) {
-        const glm::dvec3 normal = cubeDirection(face, column + 0.5, row + 0.5, size);
+        const glm::dvec3 normal = unitCubeDirection(face, column + 0.5, row + 0.5, size);
         glm::dvec3 sum(0.0);
         double weights = 0.0;
         for (const Source& source : sources) {
@@ -186,6 +186,10 @@ std::vector<glm::vec3> convolve(const Panorama& coarse, int size) {
 }
 
 }  // namespace
+
+glm::vec3 cubeDirection(int face, const glm::vec2& place) {
+    return glm::vec3(f::directionFromCube(face, glm::dvec2(place)));
+}
 
 PanoramaRepairs repair(Panorama& panorama) {
     PanoramaRepairs repairs;
@@ -262,7 +266,7 @@ PrefilteredEnvironment prefilter(const Panorama& panorama, int faceSize) {
         const std::vector<LobeSample> samples =
             lobeSamples(double(level) / (result.levels - 1), level == 1 ? 64 : 128);
         fillCube(size, result.radiance, [&](int face, int column, int row) {
-            return lobeAverage(pyramid, cubeDirection(face, column + 0.5, row + 0.5, size), samples);
+            return lobeAverage(pyramid, unitCubeDirection(face, column + 0.5, row + 0.5, size), samples);
         });
     }
     result.diffuseSize = kDiffuseFaceSize;
@@ -270,30 +274,61 @@ PrefilteredEnvironment prefilter(const Panorama& panorama, int faceSize) {
     return result;
 }
 
-std::vector<glm::vec2> mirroredShares() {
-    constexpr int kSamples = 256;
-    std::vector<glm::vec2> shares;
+namespace {
+
+// Over the hemisphere by cosine.
+double averageRise(const glm::dvec3& toEye) {
+    constexpr int kSamples = 1024;
+    double sum = 0.0;
+    for (int i = 0; i < kSamples; ++i) {
+        const double sine = std::sqrt((i + 0.5) / kSamples);
+        const double azimuth = 2.0 * kPi * reversedBits(static_cast<std::uint32_t>(i));
+        const glm::dvec3 toLight(sine * std::cos(azimuth), sine * std::sin(azimuth), std::sqrt(1.0 - sine * sine));
+        sum += std::pow(1.0 - glm::dot(toEye, glm::normalize(toLight + toEye)), 5.0);
+    }
+    return sum / kSamples;
+}
+
+}  // namespace
+
+std::vector<glm::vec3> mirroredShares() {
+    // At grazing angles 256 are off by 0.03, these by 0.002.
+    constexpr int kSamples = 4096;
+    std::vector<glm::dvec2> around;  // the azimuths of the samples
+    for (int i = 0; i < kSamples; ++i) {
+        const double azimuth = 2.0 * kPi * reversedBits(static_cast<std::uint32_t>(i));
+        around.push_back({std::cos(azimuth), std::sin(azimuth)});
+    }
+    std::vector<double> rises;  // by column
+    for (int column = 0; column < kReflectanceSide; ++column) {
+        const double cosEye = (column + 0.5) / kReflectanceSide;
+        rises.push_back(averageRise({std::sqrt(1.0 - cosEye * cosEye), 0.0, cosEye}));
+    }
+    std::vector<glm::vec3> shares;
     for (int row = 0; row < kReflectanceSide; ++row) {
         const double alpha = f::alphaFromRoughness((row + 0.5) / kReflectanceSide);
+        std::vector<glm::dvec3> halves;
+        for (int i = 0; i < kSamples; ++i) {
+            const double u = (i + 0.5) / kSamples;
+            const double cosine = std::sqrt((1.0 - u) / (1.0 + (alpha * alpha - 1.0) * u));
+            const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
+            halves.push_back({around[static_cast<std::size_t>(i)] * sine, cosine});
+        }
         for (int column = 0; column < kReflectanceSide; ++column) {
             const double cosEye = (column + 0.5) / kReflectanceSide;
             const glm::dvec3 toEye(std::sqrt(1.0 - cosEye * cosEye), 0.0, cosEye);
             glm::dvec2 sum(0.0);
-            for (int i = 0; i < kSamples; ++i) {
-                const double u = (i + 0.5) / kSamples;
-                const double azimuth = 2.0 * kPi * reversedBits(static_cast<std::uint32_t>(i));
-                const double cosine = std::sqrt((1.0 - u) / (1.0 + (alpha * alpha - 1.0) * u));
-                const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
-                const glm::dvec3 h(sine * std::cos(azimuth), sine * std::sin(azimuth), cosine);
+            for (const glm::dvec3& h : halves) {
                 const double eyeHalf = glm::dot(toEye, h);
-                const glm::dvec3 toLight = 2.0 * eyeHalf * h - toEye;
-                if (!(toLight.z > 0.0) || !(eyeHalf > 0.0)) continue;
+                const double cosLight = 2.0 * eyeHalf * h.z - cosEye;
+                if (!(cosLight > 0.0) || !(eyeHalf > 0.0)) continue;
                 // BRDF * cosine / density of the sample: D cancels.
-                const double seen = 4.0 * f::ggxVisibility(toLight.z, cosEye, alpha) * eyeHalf * toLight.z / cosine;
-                const double grazing = std::pow(1.0 - eyeHalf, 5.0);
-                sum += glm::dvec2(1.0 - grazing, grazing) * seen;
+                const double seen = 4.0 * f::ggxVisibility(cosLight, cosEye, alpha) * eyeHalf * cosLight / h.z;
+                const double squared = (1.0 - eyeHalf) * (1.0 - eyeHalf);
+                const double rise = squared * squared * (1.0 - eyeHalf);
+                sum += glm::dvec2(1.0 - rise, rise) * seen;
             }
-            shares.push_back(glm::vec2(sum / double(kSamples)));
+            shares.push_back({glm::vec2(sum / double(kSamples)), rises[static_cast<std::size_t>(column)]});
         }
     }
     return shares;

@@ -39,6 +39,9 @@ Panorama halfTurned(const Panorama& panorama);
 // cube map's face on, as a panorama of 4 side columns.
 Panorama panoramaFromFaces(const std::vector<std::vector<glm::vec3>>& faces, int side);
 
+// The point of the cube of half side 1 that a place in [0, 1]^2 on a face of OpenGL's shows.
+glm::vec3 cubeDirection(int face, const glm::vec2& place);
+
 // What the servers look up in place of an environment: cubes of faces in OpenGL's order, rows from the first texel on.
 struct PrefilteredEnvironment {
     // Level by level, each half as large as the one before: level 0 the environment itself, level k what a GGX lobe of
@@ -58,9 +61,11 @@ inline constexpr int kDiffuseFaceSize = 16;
 PrefilteredEnvironment prefilter(const Panorama& panorama, int faceSize = 0);
 
 // How much of an even environment a GGX surface mirrors: reflectance at normal incidence * x + y (the split sum of
-// Karis 2013, "Real Shading in Unreal Engine 4", with our distribution and visibility). kReflectanceSide columns over
-// the cosine between normal and eye and rows over roughness, at the middles of their texels.
+// Karis 2013, "Real Shading in Unreal Engine 4", with our distribution and visibility); z: the average over the light's
+// directions, by cosine, of (1 - cos)^5 at the half vector, which Fresnel takes from the diffuse part.
+// kReflectanceSide columns over the cosine between normal and eye and rows over roughness, at the middles of their
+// texels.
 inline constexpr int kReflectanceSide = 32;
-std::vector<glm::vec2> mirroredShares();
+std::vector<glm::vec3> mirroredShares();
 
 }  // namespace umbriel

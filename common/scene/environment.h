@@ -13,7 +13,7 @@ struct EnvironmentMap : Container {
     Multi<glm::vec3> radiance;  // W/(m^2 sr), level by level: level k for roughness k / (levels - 1)
     Single<std::uint32_t> diffuseSize{0u};
     Multi<glm::vec3> convolved;       // with max(cos, 0) / pi
-    Multi<glm::vec2> mirroredShares;  // a square: by the cosine with the eye, rows by roughness
+    Multi<glm::vec3> mirroredShares;  // a square: by the cosine with the eye, rows by roughness
 
     static void declare(TypeBuilder<EnvironmentMap>& type) {
         type.field<&EnvironmentMap::faceSize>("faceSize");
