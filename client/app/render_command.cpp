@@ -140,6 +140,7 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
         setup.stage.background = glm::vec3(*colour);
     }
 
+    setup.stage.brdf = arguments.brdf;
     if (!arguments.environment.empty()) {
         const auto environment = parseEnvironment(arguments.environment);
         if (!environment) return environment.error();

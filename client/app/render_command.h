@@ -30,7 +30,8 @@ struct SceneArguments {
     std::uint32_t mapSize = 512;
     std::vector<std::string> lights;
     std::string background;               // r,g,b
-    std::string environment;              // a file, or capture:x,y,z[:bounces]
+    std::string environment;              // a file, or capture:x,y,z[:times]
+    std::string brdf;                     // a file
     int samples = 1;
     std::string tiles = "offset";
     std::string policy = "wait";          // view: degrade

@@ -5,11 +5,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "client/import/brdf_import.h"
 #include "client/import/environment_import.h"
 #include "client/session/camera.h"
 #include "common/light/environment_map.h"
 #include "common/math/box.h"
+#include "common/math/lafortune_fit.h"
 #include "common/math/rotation.h"
+#include "common/scene/materials.h"
 #include "common/scene/lights.h"
 #include "common/scene/traversal.h"
 
@@ -163,6 +166,40 @@ glm::dmat3 lookingAlong(const glm::dvec3& forward, const glm::dvec3& up) {
     return *rotation;
 }
 
+namespace {
+
+// A group with a material of Lafortune lobes that are fitted to a measured BRDF; as many as are allowed, since the
+// residual falls with each.
+Result<Ref<MaterialGroup>> measuredMaterial(Aspect& scene, const std::string& file, std::vector<std::string>& notes) {
+    const auto table = loadBrdf(file, notes);
+    if (!table) return table.error();
+    const auto fit = fitLafortune(*table, kMaxLafortuneLobes);
+    if (!fit) return badInput(fmt::format("{}: {}", file, fit.error().message));
+    const glm::dvec3 residual = fit->residual;
+    notes.push_back(fmt::format("{}: {} Lafortune lobes leave {:.1f} %, {:.1f} %, {:.1f} % of it (root mean square; red, "
+                                "green, blue)",
+                                file, fit->model.lobes.size(), 100 * residual.x, 100 * residual.y, 100 * residual.z));
+    const Ref<Material> material = scene.create<Material>(file);
+    std::vector<glm::vec3> albedos, axes;
+    std::vector<float> exponents;
+    for (const LafortuneLobe& lobe : fit->model.lobes) {
+        albedos.push_back(glm::vec3(lobe.weight));
+        axes.push_back(glm::vec3(glm::dvec3(lobe.planar, lobe.planar, lobe.normal)));
+        exponents.push_back(static_cast<float>(std::min(lobe.exponent, 1e4)));
+    }
+    scene.edit(material)
+        .set<&Material::model>(ReflectionModel::Lafortune)
+        .set<&Material::baseColour>(glm::vec4(glm::vec3(fit->model.diffuse), 1.0f))
+        .assign<&Material::lobeAlbedos>(albedos)
+        .assign<&Material::lobeAxes>(axes)
+        .assign<&Material::lobeExponents>(exponents);
+    const Ref<MaterialGroup> group = scene.create<MaterialGroup>(file);
+    scene.edit(group).set<&MaterialGroup::material>(Ref<Container>(material.id));
+    return group;
+}
+
+}  // namespace
+
 Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageOptions& options, double aspectRatio) {
     const LoadedScene& loaded = scene.get(loadedRef);
     const Ref<Node> sceneRoot = loaded.root;
@@ -192,6 +229,11 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
         chain.add("default ambient", ambient);
     }
 
+    if (!options.brdf.empty()) {
+        const auto group = measuredMaterial(scene, options.brdf, stage.notes);
+        if (!group) return group.error();
+        chain.add("measured material", *group);
+    }
     if (!options.environment.empty() || options.captureEnvironment) {
         stage.environment = scene.create<EnvironmentLight>("environment");
         if (!options.captureEnvironment) {

@@ -35,6 +35,7 @@ struct StageOptions {
     std::uint32_t mapSize = 512;
     std::optional<glm::vec3> background;  // linear; none: the environment, without one transparent black
     std::string environment;              // a panorama's file; empty: none
+    std::string brdf;                      // a measured BRDF's file: every surface gets a fit to it; empty: none
     bool captureEnvironment = false;      // the light is there and waits for its map (environment_capture.h)
     std::optional<StereoArguments> stereo;
     std::optional<glm::dvec2> wallSize;    // metres; none: the wall is as far away as its field of view puts it at 1 m
