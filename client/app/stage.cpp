@@ -168,18 +168,20 @@ glm::dmat3 lookingAlong(const glm::dvec3& forward, const glm::dvec3& up) {
 
 namespace {
 
-// A group with a material of Lafortune lobes that are fitted to a measured BRDF; as many as are allowed, since the
-// residual falls with each.
-Result<Ref<MaterialGroup>> measuredMaterial(Aspect& scene, const std::string& file, std::vector<std::string>& notes) {
+// The residual falls with each lobe, and the fit takes several times longer.
+constexpr int kFittedLobes = 2;
+
+// A material of Lafortune lobes that are fitted to a measured BRDF.
+Result<Ref<Material>> measuredMaterial(Aspect& scene, const std::string& file, std::vector<std::string>& notes) {
     const auto table = loadBrdf(file, notes);
     if (!table) return table.error();
-    const auto fit = fitLafortune(*table, kMaxLafortuneLobes);
+    const auto fit = fitLafortune(*table, kFittedLobes);
     if (!fit) return badInput(fmt::format("{}: {}", file, fit.error().message));
-    const glm::dvec3 residual = fit->residual;
-    notes.push_back(fmt::format("{}: {} Lafortune lobes leave {:.1f} %, {:.1f} %, {:.1f} % of it (root mean square; red, "
-                                "green, blue)",
-                                file, fit->model.lobes.size(), 100 * residual.x, 100 * residual.y, 100 * residual.z));
-    const Ref<Material> material = scene.create<Material>(file);
+    const glm::dvec3 residual = 100.0 * fit->residual;
+    notes.push_back(
+        fmt::format("{}: {} Lafortune lobes leave {:.1f} %, {:.1f} %, {:.1f} % of it (root mean square; red, "
+                    "green, blue)",
+                    file, fit->model.lobes.size(), residual.x, residual.y, residual.z));
     std::vector<glm::vec3> albedos, axes;
     std::vector<float> exponents;
     for (const LafortuneLobe& lobe : fit->model.lobes) {
@@ -187,15 +189,23 @@ Result<Ref<MaterialGroup>> measuredMaterial(Aspect& scene, const std::string& fi
         axes.push_back(glm::vec3(glm::dvec3(lobe.planar, lobe.planar, lobe.normal)));
         exponents.push_back(static_cast<float>(std::min(lobe.exponent, 1e4)));
     }
+    const Ref<Material> material = scene.create<Material>(file);
     scene.edit(material)
         .set<&Material::model>(ReflectionModel::Lafortune)
         .set<&Material::baseColour>(glm::vec4(glm::vec3(fit->model.diffuse), 1.0f))
         .assign<&Material::lobeAlbedos>(albedos)
         .assign<&Material::lobeAxes>(axes)
         .assign<&Material::lobeExponents>(exponents);
-    const Ref<MaterialGroup> group = scene.create<MaterialGroup>(file);
-    scene.edit(group).set<&MaterialGroup::material>(Ref<Container>(material.id));
-    return group;
+    return material;
+}
+
+// Of everything: the innermost group counts, so none may keep its own.
+void setEveryMaterial(Aspect& scene, Ref<Material> material) {
+    const Ref<Container> chosen(material.id);
+    for (const ContainerId id : scene.ids()) {
+        if (scene.findAs<Geometry>(id)) scene.edit(Ref<Geometry>(id)).set<&Geometry::material>(chosen);
+        if (scene.findAs<MaterialGroup>(id)) scene.edit(Ref<MaterialGroup>(id)).set<&MaterialGroup::material>(chosen);
+    }
 }
 
 }  // namespace
@@ -230,9 +240,9 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
     }
 
     if (!options.brdf.empty()) {
-        const auto group = measuredMaterial(scene, options.brdf, stage.notes);
-        if (!group) return group.error();
-        chain.add("measured material", *group);
+        const auto material = measuredMaterial(scene, options.brdf, stage.notes);
+        if (!material) return material.error();
+        setEveryMaterial(scene, *material);
     }
     if (!options.environment.empty() || options.captureEnvironment) {
         stage.environment = scene.create<EnvironmentLight>("environment");

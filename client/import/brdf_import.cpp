@@ -82,9 +82,9 @@ Result<BrdfTable> parseMerl(std::string_view bytes, std::vector<std::string>& no
         return badInput(fmt::format("has {} bytes, a MERL table has {}", bytes.size(),
                                     kMerlHeader + 3 * kMerlCount * sizeof(double)));
     BrdfTable table;
-    // Beyond 85 degrees the measurements are extrapolated.
-    table.thetaIn = table.thetaOut = steps(18, 85.0 / 180.0 * kPi);
-    table.phi = steps(37, kPi);
+    // Beyond 80 degrees the measurements are extrapolated, and a fit takes as long as there are directions.
+    table.thetaIn = table.thetaOut = steps(12, 82.5 / 180.0 * kPi);
+    table.phi = steps(19, kPi);
     std::uint64_t missing = 0;
     for (const double in : table.thetaIn)
         for (const double out : table.thetaOut)
