@@ -102,6 +102,28 @@ Result<glm::dvec2> parseWallSize(std::string_view text) {
     return size;
 }
 
+Result<EnvironmentArgument> parseEnvironment(std::string_view text) {
+    EnvironmentArgument result;
+    constexpr std::string_view kCapture = "capture";
+    if (text.substr(0, kCapture.size()) != kCapture ||
+        (text.size() > kCapture.size() && text[kCapture.size()] != ':')) {
+        result.file = text;
+        return result;
+    }
+    const auto parts = split(text, ':');
+    if (parts.size() < 2 || parts.size() > 3)
+        return expected("--environment", text, "a file or capture:x,y,z[:times], as in capture:0,1,0:2");
+    const auto position = parseVector("--environment", parts[1]);
+    if (!position) return position.error();
+    result.position = *position;
+    if (parts.size() == 3) {
+        const auto times = toNumber<int>(parts[2]);
+        if (!times || *times < 1 || *times > 8) return expected("--environment", text, "1 to 8 captures");
+        result.times = *times;
+    }
+    return result;
+}
+
 Result<double> parseNumber(std::string_view argument, std::string_view text) {
     const auto value = toNumber<double>(text);
     if (!value || !std::isfinite(*value)) return expected(argument, text, "a finite number");

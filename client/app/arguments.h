@@ -41,6 +41,14 @@ struct LightArgument {
     std::optional<float> scale;  // goniometric: W/sr for a candela of the file
 };
 
+// One --environment: a file, or where the scene is captured.
+struct EnvironmentArgument {
+    std::string file;          // empty: captured
+    glm::dvec3 position{0.0};  // metres
+    int times = 1;
+};
+Result<EnvironmentArgument> parseEnvironment(std::string_view text);
+
 // "1280x720": both 1 to 1048576.
 Result<PixelSize> parseSize(std::string_view argument, std::string_view text);
 // "3x1", columns x rows.

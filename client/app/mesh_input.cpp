@@ -32,6 +32,25 @@ visibility::Mesh placed(const Geometry& geometry, const Affine& worldFromNode) {
     return mesh;
 }
 
+// In the pose that the file has it in.
+visibility::Mesh posed(const Aspect& scene, const DeformedGeometry& core, const Affine& worldFromNode,
+                       const Hierarchy& hierarchy) {
+    const Geometry* geometry = scene.find(core.geometry.get());
+    if (!geometry) return {};
+    std::vector<Affine> maps{worldFromNode};
+    if (const Skin* skin = scene.find(core.skin.get()); skin && !skin->joints.empty()) {
+        maps.clear();
+        for (std::size_t i = 0; i < skin->joints.size(); ++i)
+            maps.push_back(hierarchy.worldFromNode(scene, skin->joints[i]));
+        maps = jointMapsOf(*skin, maps, glm::dvec3(0.0));
+    }
+    // Mirrored when the first map is; the vertices are then replaced.
+    visibility::Mesh mesh = placed(*geometry, {maps.front().linear, glm::dvec3(0.0)});
+    const std::vector<glm::dvec3> positions = deformedPositions(scene, core, maps);
+    for (std::size_t i = 0; i < positions.size(); ++i) mesh.positions[i] = glm::vec3(positions[i]);
+    return mesh;
+}
+
 }  // namespace
 
 Result<MeshInput> loadMeshes(const std::string& scene) {
@@ -52,13 +71,18 @@ Result<MeshInput> loadMeshes(const std::string& scene) {
         input.warnings = std::move(file->warnings);
         input.splitByImporter = scene.ends_with(".obj") || scene.ends_with(".OBJ");
     }
+    const Hierarchy hierarchy(aspect, aspect.get(loaded).root);
     traverse(aspect, aspect.get(loaded).root, std::nullopt, [&](const VisitedNode& visited) {
-        if (visited.core == nullptr || !isA<Geometry>(*visited.core)) return Descend::Yes;
-        const auto& geometry = static_cast<const Geometry&>(*visited.core);
-        if (geometry.indices.empty()) return Descend::Yes;
+        if (visited.core == nullptr) return Descend::Yes;
+        visibility::Mesh mesh;
+        if (isA<Geometry>(*visited.core))
+            mesh = placed(static_cast<const Geometry&>(*visited.core), visited.worldFromNode);
+        else if (isA<DeformedGeometry>(*visited.core))
+            mesh = posed(aspect, static_cast<const DeformedGeometry&>(*visited.core), visited.worldFromNode, hierarchy);
+        if (mesh.indices.empty()) return Descend::Yes;
         std::string name = visited.node.name;
         if (name.empty()) name = fmt::format("geometry {}", input.parts.size());
-        input.parts.push_back({std::move(name), placed(geometry, visited.worldFromNode)});
+        input.parts.push_back({std::move(name), std::move(mesh)});
         return Descend::Yes;
     });
     if (input.parts.empty()) {

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <ostream>
 
+#include "client/app/environment_capture.h"
 #include "client/app/held_tiles.h"
 #include "client/app/progress.h"
 #include "client/import/load_scene.h"
@@ -159,6 +160,15 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
         setup.stage.background = glm::vec3(*colour);
     }
 
+    setup.stage.brdf = arguments.brdf;
+    if (!arguments.environment.empty()) {
+        const auto environment = parseEnvironment(arguments.environment);
+        if (!environment) return environment.error();
+        setup.stage.environment = environment->file;
+        setup.stage.captureEnvironment = environment->file.empty();
+        setup.environment = *environment;
+    }
+
     if (arguments.samples != 1 && arguments.samples != 4)
         return badInput(fmt::format("--samples {}: expected 1 or 4", arguments.samples));
     setup.samples = static_cast<std::uint32_t>(arguments.samples);
@@ -250,13 +260,23 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
     auto cluster = Cluster::connect(setup->cluster, types, setup->tiles);
     if (!cluster) return exitCodeOf(cluster.error());
 
+    AnimationPlayer player(scene, (*loaded)->loaded);
+    std::uint64_t captures = 0;
+    if (setup->stage.captureEnvironment) {
+        player.advanceTo(0.0, scene);
+        const auto captured = captureEnvironment(**cluster, scene, stage, setup->environment);
+        if (!captured) return exitCodeOf(captured.error());
+        captures = *captured;
+        if (const auto assigned = (*cluster)->assign(setup->tiles); !assigned) return exitCodeOf(assigned.error());
+    }
+
     nlohmann::json frames = nlohmann::json::array();
     std::vector<std::string> written;
-    AnimationPlayer player(scene, (*loaded)->loaded);
     Progress progress("frame", arguments.frames, arguments.scene.quiet || arguments.json);
     HeldTiles tiles;
     const auto deliver = [&](FrameReport& report) -> Result<void> {
-        if (report.frame == 0) return {};  // with latency 1 the first frame is still drawn
+        if (report.frame <= captures) return {};  // with latency 1 the first frame is still drawn
+        report.frame -= captures;
         if (!files->empty()) {
             tiles.take(std::move(report.tiles));
             for (const Eye eye : setup->eyes) {

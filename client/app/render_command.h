@@ -32,6 +32,8 @@ struct SceneArguments {
     std::string background;               // r,g,b
     std::string fog;
     std::string model, shading;  // of every material and geometry; empty: the scene's own
+    std::string environment;              // a file, or capture:x,y,z[:times]
+    std::string brdf;                     // a file
     int samples = 1;
     std::string tiles = "offset";
     std::string policy = "wait";          // view: degrade
@@ -60,6 +62,7 @@ struct WallSetup {
     std::vector<TileAssignment> tiles;    // of all eyes that are drawn
     std::vector<Eye> eyes = {Eye::Mono};
     StageOptions stage;
+    EnvironmentArgument environment;
     ClusterOptions cluster;
     TileMode tileMode = TileMode::Offset;
     std::uint32_t samples = 1;

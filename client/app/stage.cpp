@@ -7,9 +7,14 @@
 
 #include "client/app/illumination_overrides.h"
 #include "client/import/intensity_table.h"
+#include "client/import/brdf_import.h"
+#include "client/import/environment_import.h"
 #include "client/session/camera.h"
+#include "common/light/environment_map.h"
 #include "common/math/box.h"
+#include "common/math/lafortune_fit.h"
 #include "common/math/rotation.h"
+#include "common/scene/materials.h"
 #include "common/scene/lights.h"
 #include "common/scene/shading_values.h"
 #include "common/scene/traversal.h"
@@ -175,6 +180,10 @@ Ref<Viewport> addViewport(Aspect& scene, const Stage& stage, const std::string& 
         const Ref<ColourBackground> background = scene.create<ColourBackground>("background");
         scene.edit(background).set<&ColourBackground::colour>(glm::vec4(*options.background, 1.0f));
         edit.set<&Viewport::background>(Ref<Container>(background.id));
+    } else if (stage.environment && !options.captureEnvironment) {
+        const Ref<EnvironmentBackground> background = scene.create<EnvironmentBackground>("background");
+        scene.edit(background).set<&EnvironmentBackground::light>(stage.environment);
+        edit.set<&Viewport::background>(Ref<Container>(background.id));
     }
     scene.edit(stage.window).append<&Window::viewports>(viewport);
     return viewport;
@@ -218,6 +227,50 @@ glm::dmat3 lookingAlong(const glm::dvec3& forward, const glm::dvec3& up) {
     return *rotation;
 }
 
+namespace {
+
+// The residual falls with each lobe, and the fit takes several times longer.
+constexpr int kFittedLobes = 2;
+
+// A material of Lafortune lobes that are fitted to a measured BRDF.
+Result<Ref<Material>> measuredMaterial(Aspect& scene, const std::string& file, std::vector<std::string>& notes) {
+    const auto table = loadBrdf(file, notes);
+    if (!table) return table.error();
+    const auto fit = fitLafortune(*table, kFittedLobes);
+    if (!fit) return badInput(fmt::format("{}: {}", file, fit.error().message));
+    const glm::dvec3 residual = 100.0 * fit->residual;
+    notes.push_back(
+        fmt::format("{}: {} Lafortune lobes leave {:.1f} %, {:.1f} %, {:.1f} % of it (root mean square; red, "
+                    "green, blue)",
+                    file, fit->model.lobes.size(), residual.x, residual.y, residual.z));
+    std::vector<glm::vec3> albedos, axes;
+    std::vector<float> exponents;
+    for (const LafortuneLobe& lobe : fit->model.lobes) {
+        albedos.push_back(glm::vec3(lobe.weight));
+        axes.push_back(glm::vec3(glm::dvec3(lobe.planar, lobe.planar, lobe.normal)));
+        exponents.push_back(static_cast<float>(std::min(lobe.exponent, 1e4)));
+    }
+    const Ref<Material> material = scene.create<Material>(file);
+    scene.edit(material)
+        .set<&Material::model>(ReflectionModel::Lafortune)
+        .set<&Material::baseColour>(glm::vec4(glm::vec3(fit->model.diffuse), 1.0f))
+        .assign<&Material::lobeAlbedos>(albedos)
+        .assign<&Material::lobeAxes>(axes)
+        .assign<&Material::lobeExponents>(exponents);
+    return material;
+}
+
+// Of everything: the innermost group counts, so none may keep its own.
+void setEveryMaterial(Aspect& scene, Ref<Material> material) {
+    const Ref<Container> chosen(material.id);
+    for (const ContainerId id : scene.ids()) {
+        if (scene.findAs<Geometry>(id)) scene.edit(Ref<Geometry>(id)).set<&Geometry::material>(chosen);
+        if (scene.findAs<MaterialGroup>(id)) scene.edit(Ref<MaterialGroup>(id)).set<&MaterialGroup::material>(chosen);
+    }
+}
+
+}  // namespace
+
 Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageOptions& options, double aspectRatio) {
     const LoadedScene& loaded = scene.get(loadedRef);
     const Ref<Node> sceneRoot = loaded.root;
@@ -237,6 +290,8 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
             const auto added = addLight(scene, chain, options.lights[i], fmt::format("light {}", i), centre, stage);
             if (!added) return added.error();
         }
+    } else if (own.empty() && !options.environment.empty()) {
+        stage.notes.push_back("the scene has no lights: the environment alone lights it");
     } else if (own.empty()) {
         stage.notes.push_back("the scene has no lights: a default sun and a weak ambient light are used");
         LightArgument sun;
@@ -245,6 +300,21 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
         const Ref<AmbientLight> ambient = scene.create<AmbientLight>("default ambient");
         scene.edit(ambient).set<&AmbientLight::radiance>(glm::vec3(kDefaultAmbientRadiance));
         chain.add("default ambient", ambient);
+    }
+
+    if (!options.brdf.empty()) {
+        const auto material = measuredMaterial(scene, options.brdf, stage.notes);
+        if (!material) return material.error();
+        setEveryMaterial(scene, *material);
+    }
+    if (!options.environment.empty() || options.captureEnvironment) {
+        stage.environment = scene.create<EnvironmentLight>("environment");
+        if (!options.captureEnvironment) {
+            const auto panorama = loadPanorama(options.environment, stage.notes);
+            if (!panorama) return panorama.error();
+            scene.edit(stage.environment).set<&EnvironmentLight::map>(addEnvironmentMap(scene, *panorama));
+        }
+        chain.add("environment", stage.environment);
     }
 
     // Our own camera stands by even when the file's is used: a viewer moves on from there.

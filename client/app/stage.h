@@ -9,6 +9,7 @@
 #include "common/base/result.h"
 #include "common/scene/animation.h"
 #include "common/scene/aspect.h"
+#include "common/scene/environment.h"
 #include "common/scene/windows.h"
 
 namespace umbriel {
@@ -33,7 +34,10 @@ struct StageOptions {
     bool noLights = false;                 // not even the scene's own
     ShadowMode shadowMode = ShadowMode::None;
     std::uint32_t mapSize = 512;
-    std::optional<glm::vec3> background;   // linear; none: transparent black
+    std::optional<glm::vec3> background;  // linear; none: the environment, without one transparent black
+    std::string environment;              // a panorama's file; empty: none
+    std::string brdf;                      // a measured BRDF's file: every surface gets a fit to it; empty: none
+    bool captureEnvironment = false;      // the light is there and waits for its map (environment_capture.h)
     std::optional<StereoArguments> stereo;
     std::optional<ReflectionModel> model;     // of every material; none: the scene's own
     std::optional<ShadingFrequency> shading;  // of every geometry
@@ -51,6 +55,7 @@ struct Stage {
     Ref<Node> cameraBeacon;                // where a camera of ours stands; none when the file's camera is used
     Ref<Transform> cameraPose;
     Ref<PerspectiveCamera> ownCamera;
+    Ref<EnvironmentLight> environment;     // none when there is none
     std::vector<std::string> notes;        // what was chosen for the user, for the log
     std::vector<std::string> warnings;     // what was put right
 };

@@ -80,6 +80,8 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
     if (!sceneArguments.stereo.empty())
         return exitCodeOf(badInput("--stereo: the window of this version shows one eye; render draws pairs"));
     auto setup = checkSceneArguments(sceneArguments);
+    if (setup && setup->stage.captureEnvironment)
+        return exitCodeOf(badInput("--environment capture: is for umbriel render; view takes a file"));
     if (!setup) return exitCodeOf(setup.error());
     const auto grid = parseGrid("--grid", sceneArguments.grid);
     if (!grid) return exitCodeOf(grid.error());

@@ -60,7 +60,15 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
                        "where every geometry is shaded: flat, flat-mean, gouraud, phong (pixels)");
     command.add_option("--fog", arguments.fog,
                        "linear:START:END, quadratic:START:END, exp:DENSITY, exp2:DENSITY, optionally @r,g,b");
-    command.add_option("--background", arguments.background, "r,g,b linear (default: transparent black)");
+    command.add_option("--background", arguments.background,
+                       "r,g,b linear (default: the environment, without one transparent black)");
+    command.add_option(
+        "--environment", arguments.environment,
+        "light from all around: a panorama (.exr, .hdr, .png), or capture:x,y,z[:TIMES], the scene as it "
+        "is seen from there, TIMES over so that mirrors show mirrors (default 1, at most 8)");
+    command.add_option("--brdf", arguments.brdf,
+                       "a measured BRDF (.binary of the MERL database, or text: theta_in theta_out phi r g b): all surfaces "
+                       "get Lafortune lobes fitted to it; --log-level info says how well they fit");
     command.add_option("--samples", arguments.samples, "samples per pixel, 1 or 4")->capture_default_str();
     command.add_option("--tiles", arguments.tiles, "exact: bit-equal to one server, needs wall-sized targets; offset")
         ->capture_default_str();

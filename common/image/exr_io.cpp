@@ -7,6 +7,7 @@
 #include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfTestFile.h>
 #include <fmt/format.h>
@@ -263,6 +264,8 @@ bool canHold(const Imf::Header& header, const ExrPlan& plan, std::uint64_t fileB
 }
 
 void readAttributes(const Imf::Header& header, LayeredImage& image) {
+    if (Imf::hasEnvmap(header))
+        image.texts[std::string(kEnvironmentKindText)] = Imf::envmap(header) == Imf::ENVMAP_CUBE ? "cube" : "latlong";
     static const std::set<std::string> kStandard{"pixelAspectRatio", "screenWindowWidth"};
     for (auto i = header.begin(); i != header.end(); ++i) {
         if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&i.attribute())) {

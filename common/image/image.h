@@ -93,6 +93,10 @@ struct ImageLayer {
     }
 };
 
+// In LayeredImage::texts of a picture that an EXR file calls an environment map (OpenEXR's attribute `envmap`):
+// "latlong" or "cube".
+inline constexpr std::string_view kEnvironmentKindText = "environmentMap";
+
 // What one picture file holds. Every layer has the size of `rgba`.
 struct LayeredImage {
     FloatImage rgba;                           // always R, G, B, A

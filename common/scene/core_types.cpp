@@ -3,6 +3,7 @@
 #include "common/scene/animation.h"
 #include "common/scene/cameras.h"
 #include "common/scene/deformation.h"
+#include "common/scene/environment.h"
 #include "common/scene/lights.h"
 #include "common/scene/materials.h"
 #include "common/scene/nodes.h"
@@ -29,6 +30,8 @@ void registerCoreTypes(TypeRegistry& types) {
     types.add<SpotLight>();
     types.add<IntensityTable>();
     types.add<GoniometricLight>();
+    types.add<EnvironmentMap>();
+    types.add<EnvironmentLight>();
     types.add<PerspectiveCamera>();
     types.add<OrthographicCamera>();
     types.add<MatrixCamera>();
@@ -38,6 +41,7 @@ void registerCoreTypes(TypeRegistry& types) {
     types.add<ColourBackground>();
     types.add<GradientBackground>();
     types.add<ImageBackground>();
+    types.add<EnvironmentBackground>();
     types.add<ImageForeground>();
     types.add<TextForeground>();
     types.add<Viewport>();

@@ -112,6 +112,27 @@ DeformedBounds deformedBoundsOf(const Geometry& geometry, std::size_t jointCount
     return bounds;
 }
 
+std::vector<glm::dvec3> deformedPositions(const Aspect& scene, const DeformedGeometry& core,
+                                          std::span<const Affine> maps) {
+    const Geometry* geometry = scene.find(core.geometry.get());
+    if (!geometry || maps.empty()) return {};
+    const std::size_t vertices = geometry->positions.size();
+    const std::vector<VertexJoints> joints = vertexJointsOf(*geometry, maps.size());
+    const std::vector<float> weights = morphWeightsOf(scene, core, morphTargetsOf(*geometry));
+    std::vector<glm::dvec3> result;
+    for (std::size_t v = 0; v < vertices; ++v) {
+        glm::dvec3 rest(geometry->positions[v]);
+        for (std::size_t t = 0; t < weights.size() && !geometry->morphPositions.empty(); ++t)
+            rest += glm::dvec3(geometry->morphPositions[t * vertices + v]) * double(weights[t]);
+        const VertexJoints& held = joints.empty() ? VertexJoints{} : joints[v];
+        glm::dvec3 place(0.0);
+        for (std::size_t k = 0; k < kJointsPerVertex; ++k)
+            if (held.weights[k] > 0.0f) place += maps[held.joints[k]].point(rest) * double(held.weights[k]);
+        result.push_back(place);
+    }
+    return result;
+}
+
 std::vector<Affine> jointMapsOf(const Skin& skin, std::span<const Affine> worldFromJoint, const glm::dvec3& anchor) {
     std::vector<Affine> maps(worldFromJoint.size());
     for (std::size_t i = 0; i < maps.size(); ++i) {

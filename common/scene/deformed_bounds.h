@@ -51,6 +51,10 @@ class DeformedBounds {
 // Of all vertices of a geometry.
 DeformedBounds deformedBoundsOf(const Geometry& geometry, std::size_t jointCount);
 
+// The positions of a deformed geometry's vertices, computed in double; maps as DeformedBounds::of().
+std::vector<glm::dvec3> deformedPositions(const Aspect& scene, const DeformedGeometry& core,
+                                          std::span<const Affine> maps);
+
 // The joint maps of a skin in a frame with the world's axes around `anchor`: worldFromJoint by joint, times the inverse
 // bind. A joint without place (not finite, destroyed) stands at the anchor, unturned.
 std::vector<Affine> jointMapsOf(const Skin& skin, std::span<const Affine> worldFromJoint, const glm::dvec3& anchor);

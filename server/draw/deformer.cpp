@@ -16,12 +16,14 @@ GpuGeometry::Needs unionOf(GpuGeometry::Needs a, const GpuGeometry::Needs& b) {
     a.faceNormals |= b.faceNormals;
     a.tangents |= b.tangents;
     a.primitives |= b.primitives;
+    a.flatFaces |= b.flatFaces;
     return a;
 }
 
 bool covers(const GpuGeometry::Needs& have, const GpuGeometry::Needs& want) {
     return (have.keepOrder || !want.keepOrder) && (have.faceNormals || !want.faceNormals) &&
-           (have.tangents || !want.tangents) && (have.primitives || !want.primitives);
+           (have.tangents || !want.tangents) && (have.primitives || !want.primitives) &&
+           (have.flatFaces || !want.flatFaces);
 }
 
 glm::vec3 finite(glm::vec3 value) {
@@ -243,13 +245,19 @@ Result<void> Deformer::deform(Entry& entry, ShaderLibrary& shaders) {
     glDispatchCompute((entry.vertices + kGroupSize - 1) / kGroupSize, 1, 1);
     _deformedVertices += entry.vertices;
 
+    // Flat faces lie in a buffer only when the geometry has vertex normals.
+    const bool flatFaces = static_cast<bool>(entry.drawn.flatFaceBuffer());
     if (entry.needs.faceNormals) {
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-        auto faces = shaders.compute("stage/face_normals.comp.glsl", {});
+        std::vector<gl::ShaderDefine> faceDefines;
+        if (flatFaces) faceDefines.push_back({"DEFORM_FLAT_FACES"});
+        auto faces = shaders.compute("stage/face_normals.comp.glsl", faceDefines);
         if (!faces) return faces.error();
         bind(0, entry.drawn.positions());
         bind(1, entry.drawn.indices());
         bind(2, entry.drawn.faceNormalBuffer());
+        bind(3, entry.drawn.normals());
+        bind(4, entry.drawn.flatFaceBuffer());
         (*faces)->use();
         (*faces)->set(0, entry.drawn.triangles());
         (*faces)->set(1, entry.isMirrored ? -1.0f : 1.0f);

@@ -55,6 +55,7 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_FOG_QUADRATIC", "quadratic-fog"},
     {"FEATURE_FOG_EXPONENTIAL", "exponential-fog"},
     {"FEATURE_FOG_SQUARED_EXPONENTIAL", "squared-exponential-fog"},
+    {"FEATURE_ENVIRONMENT", "environment"},
     {"FEATURE_SHADOWS", "shadows"},
     {"FEATURE_SHADOW_WARP", "warped-maps"},
 };
@@ -91,6 +92,8 @@ const char* nameOf(BackgroundKind kind) {
             return "gradient";
         case BackgroundKind::Image:
             return "image";
+        case BackgroundKind::Environment:
+            return "environment";
     }
     return "";
 }

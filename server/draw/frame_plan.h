@@ -58,6 +58,7 @@ enum class Feature : std::uint32_t {
     FogQuadratic,
     FogExponential,
     FogSquaredExponential,
+    Environment,
     Shadows,  // from here on, those of ShadowFeature, in its order
     ShadowWarp,
     Count
@@ -86,7 +87,7 @@ std::string describe(FeatureSet set);
 
 enum class PassKind : std::uint32_t { Deform, ShadowMap, Background, Surfaces, Blend, Foreground, Resolve, Layers };
 
-enum class BackgroundKind : std::uint32_t { None, Colour, Gradient, Image };
+enum class BackgroundKind : std::uint32_t { None, Colour, Gradient, Image, Environment };
 
 // What a view needs, gathered from the scene.
 struct ViewDemand {

@@ -69,6 +69,7 @@ class GpuGeometry {
     const gl::Buffer& tangents() const { return _tangents; }
     const gl::Buffer& indices() const { return _indices; }
     const gl::Buffer& faceNormalBuffer() const { return _faceNormals; }
+    const gl::Buffer& flatFaceBuffer() const { return _flatFaces; }
     // The vertex at a corner of a drawn triangle.
     std::uint32_t indexAt(const Geometry& geometry, std::size_t corner) const;
     // Where the clusters are now, by cluster.

@@ -23,7 +23,8 @@ enum class TextureUnit : GLuint {
     ShadowMaps,
     FaceNormals,
     Primitives,
-    FlatFaces
+    FlatFaces,
+    Environment = 12,  // and the two after it
 };
 inline constexpr std::size_t kMaterialTextures = 6;
 

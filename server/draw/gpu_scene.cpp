@@ -135,6 +135,8 @@ void GpuScene::changed(const ChangeList& changes, const Aspect& scene) {
         if (!container) continue;
         if (isA<Transform>(*container)) {
             _movedTransforms.push_back(change.id);
+        } else if (isA<EnvironmentMap>(*container)) {
+            _environments.forget(change.id);
         } else if (isA<Skin>(*container)) {
             _deformer.changed(change.id);
         } else if (isA<DeformedGeometry>(*container)) {
@@ -169,6 +171,7 @@ void GpuScene::changed(const ChangeList& changes, const Aspect& scene) {
             _geometries.erase(found);
         }
         _deformer.changed(id);
+        _environments.forget(id);
         _pending.erase(id);
         _textures.forget(id);
         _materials.changed(id);
@@ -225,6 +228,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
     SceneTree& tree = treeOf(scene, viewport.root.get().id);
     result.fog = scene.findAs<Fog>(viewport.fog.get().id);
     result.lights = listLights(scene, tree, view, &viewport);
+    result.environments = environmentsBySet(scene, tree, viewport);
     const std::vector<std::uint8_t> hidden =
         tree.hasLevelsOfDetail() ? tree.hiddenByDetail(scene, view.eyeWorld) : std::vector<std::uint8_t>();
     const bool wantsLayers = (layers & ~static_cast<std::uint32_t>(Layer::Colour)) != 0;
@@ -269,6 +273,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
 
         const FeatureSet attributes = item.geometry->attributes();
         item.features = surfaceFeatures(*item.material, attributes, run, shading) | fogFeature(result.fog);
+        if (isLit && result.environments[item.run]) item.features |= bit(Feature::Environment);
         item.casterFeatures = maskFeatures(*item.material, attributes);
         item.layerFeatures = item.casterFeatures;
         if (wantsFactors) item.layerFeatures |= run.features & ~bit(Feature::AmbientLights);
@@ -293,6 +298,10 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         return std::tuple(-a.distance, a.node) < std::tuple(-b.distance, b.node);
     });
     return result;
+}
+
+std::optional<EnvironmentUse> GpuScene::environmentOf(const Aspect& scene, const ViewScene& view, ContainerId light) {
+    return useOf(scene, treeOf(scene, view.viewport->root.get().id), light, std::nullopt);
 }
 
 std::uint64_t GpuScene::uploadedGeometryBytes() const {

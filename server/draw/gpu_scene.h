@@ -8,6 +8,7 @@
 #include "common/scene/windows.h"
 #include "common/wall/view.h"
 #include "server/draw/deformer.h"
+#include "server/draw/gpu_environments.h"
 #include "server/draw/gpu_geometry.h"
 #include "server/draw/gpu_materials.h"
 #include "server/draw/gpu_textures.h"
@@ -41,6 +42,7 @@ struct ViewScene {
     LightList lights;
     std::vector<SurfaceItem> items;  // opaque and cut out first, roughly front to back; then blended, back to front
     std::size_t opaqueItems = 0;
+    std::vector<std::optional<EnvironmentUse>> environments;  // by run; none: no environment lights it
     std::vector<Deformer::Size> deformed;  // of the geometries that are not at rest
 };
 
@@ -57,6 +59,9 @@ class GpuScene {
 
     GpuTextures& textures() { return _textures; }
     GpuMaterials& materials() { return _materials; }
+    GpuEnvironments& environments() { return _environments; }
+    // How an environment light is drawn in a view; nothing when it is off or has no map.
+    std::optional<EnvironmentUse> environmentOf(const Aspect& scene, const ViewScene& view, ContainerId light);
     // Bytes that geometries sent to the GPU since the start: what a change costs.
     std::uint64_t uploadedGeometryBytes() const;
     std::uint64_t deformedVertices() const { return _deformer.deformedVertices(); }
@@ -69,6 +74,7 @@ class GpuScene {
     GpuTextures _textures;
     GpuMaterials _materials;
     Deformer _deformer;
+    GpuEnvironments _environments;
     std::unordered_map<ContainerId, GpuGeometry> _geometries;
     std::map<ContainerId, std::vector<MultiChange>> _pending;
     std::uint64_t _uploadedByForgotten = 0;

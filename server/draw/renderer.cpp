@@ -19,6 +19,7 @@ BackgroundKind backgroundOf(const Aspect& scene, const Viewport& viewport) {
     if (isA<ColourBackground>(*background)) return BackgroundKind::Colour;
     if (isA<GradientBackground>(*background)) return BackgroundKind::Gradient;
     if (isA<ImageBackground>(*background)) return BackgroundKind::Image;
+    if (isA<EnvironmentBackground>(*background)) return BackgroundKind::Environment;
     return BackgroundKind::None;
 }
 

@@ -4,14 +4,15 @@
 #include <map>
 
 #include "common/scene/deformation.h"
+#include "common/scene/environment.h"
 #include "common/scene/lights.h"
 
 namespace umbriel {
 namespace {
 
 bool isLight(const Container& core) {
-    return isA<DirectionalLight>(core) || isA<PointLight>(core) || isA<SpotLight>(core) || isA<GoniometricLight>(core) ||
-           isA<AmbientLight>(core);
+    return isA<DirectionalLight>(core) || isA<PointLight>(core) || isA<SpotLight>(core) ||
+           isA<GoniometricLight>(core) || isA<AmbientLight>(core) || isA<EnvironmentLight>(core);
 }
 
 // One node whose children are being visited.

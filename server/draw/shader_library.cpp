@@ -77,9 +77,10 @@ Result<const gl::Program*> ShaderLibrary::caster(FeatureSet features) {
     return find({"stage/caster.vert.glsl", hasHoles ? "stage/caster.frag.glsl" : "", ""}, definesOf(features));
 }
 
-Result<const gl::Program*> ShaderLibrary::background(bool isImage) {
+Result<const gl::Program*> ShaderLibrary::background(BackgroundKind kind) {
     std::vector<gl::ShaderDefine> defines;
-    if (isImage) defines.push_back({"BACKGROUND_IMAGE"});
+    if (kind == BackgroundKind::Image) defines.push_back({"BACKGROUND_IMAGE"});
+    if (kind == BackgroundKind::Environment) defines.push_back({"BACKGROUND_ENVIRONMENT"});
     return find({"stage/screen.vert.glsl", "stage/background.frag.glsl", ""}, defines);
 }
 

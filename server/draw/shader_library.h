@@ -18,7 +18,7 @@ class ShaderLibrary {
     // layers: bits of Layer without Colour; factorImages: RGBA images of light factors, in a pass of their own.
     Result<const gl::Program*> layers(FeatureSet features, std::uint32_t layers, std::uint32_t factorImages);
     Result<const gl::Program*> caster(FeatureSet features);
-    Result<const gl::Program*> background(bool isImage);
+    Result<const gl::Program*> background(BackgroundKind kind);
     Result<const gl::Program*> foreground(bool isText);
 
     Result<const gl::Program*> compute(const std::string& stage, const std::vector<gl::ShaderDefine>& defines);

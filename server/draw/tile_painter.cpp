@@ -202,6 +202,11 @@ Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painti
                         setSides(item);
                         if (item.geometry->faceNormals())
                             item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
+                        if (has(item.features, Feature::Environment))
+                            if (auto bound = _gpuScene.environments().bind(
+                                    scene, *painting.scene.environments[item.run], *current);
+                                !bound)
+                                return bound;
                         if (has(item.features, Feature::FlatMean))
                             item.geometry->flatFaces().bind(static_cast<GLuint>(TextureUnit::FlatFaces));
                         if (material == item.material) return {};
@@ -278,9 +283,18 @@ Result<void> TilePainter::drawBackground(const Aspect& scene, ViewPainting& pain
             _gpuScene.textures().plainSampler().bind(0);
         }
     }
-    auto program = _shaders.background(image != nullptr);
+    std::optional<EnvironmentUse> environment;
+    if (const auto* background = scene.findAs<EnvironmentBackground>(id))
+        environment = _gpuScene.environmentOf(scene, painting.scene, background->light.get().id);
+    auto program = _shaders.background(environment ? BackgroundKind::Environment
+                                       : image     ? BackgroundKind::Image
+                                                   : BackgroundKind::Gradient);
     if (!program) return program.error();
     (*program)->use();
+    if (environment) {
+        if (auto bound = _gpuScene.environments().bind(scene, *environment, **program); !bound) return bound;
+        (*program)->set(2, glm::mat4(glm::inverse(clipFromRelativeOf(*painting.scene.view))));
+    }
     (*program)->set(0, bottom);
     (*program)->set(1, top);
     _noVertices.bind();

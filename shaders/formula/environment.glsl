@@ -87,3 +87,18 @@ FORMULA_FN Real diffuseConvolutionWeight(Vec3 normal, Vec3 direction, Real solid
 FORMULA_FN Vec3 environmentReflect(Vec3 specular, Vec3 diffuse, Vec3 mirrored, Vec3 convolved) {
     return specular * mirrored + diffuse * convolved;
 }
+
+// What microfacets of reflectance f0 at normal incidence mirror of an even environment: f0 x + y, where x and y are the
+// integrals over the lobe without and with Schlick's rise (the split sum; Karis 2013).
+FORMULA_FN Vec3 environmentMirrored(Vec3 f0, Real x, Real y) { return f0 * x + Vec3(y); }
+
+// What they leave to the diffuse part: 1 - F averaged over the light's directions by cosine, where `rise` is the average
+// of Schlick's (1 - cos)^5.
+FORMULA_FN Vec3 environmentUnmirrored(Vec3 f0, Real rise) {
+    return (Vec3(REAL(1.0)) - f0) * (REAL(1.0) - rise);
+}
+
+// The perceptual roughness of the GGX lobe that is as wide as cos^n: alpha^2 = 2 / (n + 2) (Walter et al. 2007).
+FORMULA_FN Real roughnessFromExponent(Real n) {
+    return sqrt(sqrt(REAL(2.0) / (max(n, REAL(0.0)) + REAL(2.0))));
+}

@@ -1,3 +1,4 @@
+#include "snippet/environment.glsl"
 #include "snippet/classic_material.glsl"
 
 // The general sum (5.13). Its a_i and s_i are a light's ambientShare and highlightShare (light_sum.glsl).
@@ -19,3 +20,9 @@ ClassicMaterial withHighlight(ClassicMaterial reflection, vec3 share) {
     reflection.specular *= share;
     return reflection;
 }
+
+#ifdef FEATURE_ENVIRONMENT
+EnvironmentShare environmentShare(ClassicMaterial reflection) {
+    return EnvironmentShare(reflection.diffuse, reflection.specular, roughnessFromExponent(reflection.shininess), kEnvironmentPlain);
+}
+#endif

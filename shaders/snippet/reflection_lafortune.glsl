@@ -1,3 +1,4 @@
+#include "snippet/environment.glsl"
 #include "formula/lafortune.glsl"
 #include "formula/lambert.glsl"
 #include "snippet/material.glsl"
@@ -50,3 +51,31 @@ LafortuneReflection withHighlight(LafortuneReflection reflection, vec3 share) {
     reflection.highlightShare = share;
     return reflection;
 }
+
+#ifdef FEATURE_ENVIRONMENT
+// What lobes mirror of an even environment, seen along the normal: the integral of albedo (C_z cos)^n cos is
+// albedo C_z^n 2 pi / (n + 2). The widest decides how blurred.
+vec3 lobesSeenAlongTheNormal() {
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < kMaxLobes && material.lobes[2 * i + 1].w > 0.5; ++i) {
+        LafortuneLobe lobe;
+        lobe.albedo = material.lobes[2 * i].rgb;
+        lobe.exponent = material.lobes[2 * i].w;
+        lobe.axes = material.lobes[2 * i + 1].xyz;
+        sum += lafortuneLobe(lobe, vec3(0.0, 0.0, 1.0), vec3(0.0, 0.0, 1.0)) * 2.0 * kPi / (lobe.exponent + 2.0);
+    }
+    return sum;
+}
+
+float lobesRoughness() {
+    float roughness = 0.0;
+    for (int i = 0; i < kMaxLobes && material.lobes[2 * i + 1].w > 0.5; ++i)
+        roughness = max(roughness, roughnessFromExponent(material.lobes[2 * i].w));
+    return roughness;
+}
+
+EnvironmentShare environmentShare(LafortuneReflection reflection) {
+    return EnvironmentShare(reflection.diffuse,
+                            reflection.highlightShare * lobesSeenAlongTheNormal(), lobesRoughness(), kEnvironmentPlain);
+}
+#endif

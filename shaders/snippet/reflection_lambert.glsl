@@ -1,3 +1,4 @@
+#include "snippet/environment.glsl"
 #include "formula/lambert.glsl"
 
 // An ideal diffuse surface (5.7). shaders/README.md says what a reflection_*.glsl defines.
@@ -19,3 +20,9 @@ vec3 reflectAmbient(LambertReflection reflection, vec3 radiance, float occlusion
 }
 
 LambertReflection withHighlight(LambertReflection reflection, vec3 share) { return reflection; }
+
+#ifdef FEATURE_ENVIRONMENT
+EnvironmentShare environmentShare(LambertReflection reflection) {
+    return EnvironmentShare(reflection.albedo, vec3(0.0), 1.0, kEnvironmentPlain);
+}
+#endif

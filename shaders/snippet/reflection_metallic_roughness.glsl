@@ -1,3 +1,4 @@
+#include "snippet/environment.glsl"
 #include "snippet/metallic_roughness_material.glsl"
 
 // glTF's material. shaders/README.md says what a reflection_*.glsl defines.
@@ -15,3 +16,10 @@ vec3 reflectAmbient(MetallicRoughness reflection, vec3 radiance, float occlusion
 }
 
 MetallicRoughness withHighlight(MetallicRoughness reflection, vec3 share) { return reflection; }
+
+#ifdef FEATURE_ENVIRONMENT
+EnvironmentShare environmentShare(MetallicRoughness reflection) {
+    return EnvironmentShare(diffuseAlbedo(reflection), reflectanceAtNormal(reflection), reflection.roughness,
+                            kEnvironmentMicrofacets);
+}
+#endif

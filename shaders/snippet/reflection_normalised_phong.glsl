@@ -1,3 +1,4 @@
+#include "snippet/environment.glsl"
 #include "formula/lambert.glsl"
 #include "formula/phong.glsl"
 #include "snippet/material.glsl"
@@ -29,3 +30,9 @@ PhongReflection withHighlight(PhongReflection reflection, vec3 share) {
     reflection.specular *= share;
     return reflection;
 }
+
+#ifdef FEATURE_ENVIRONMENT
+EnvironmentShare environmentShare(PhongReflection reflection) {
+    return EnvironmentShare(reflection.diffuse, reflection.specular, roughnessFromExponent(reflection.shininess), kEnvironmentPlain);
+}
+#endif

@@ -1,3 +1,4 @@
+#include "snippet/environment.glsl"
 #include "snippet/classic_material.glsl"
 
 // OpenGL's sum: the texture dims all of it, highlights and ambient light too. A light's a_i is its ambientShare
@@ -31,3 +32,11 @@ OpenGlReflection withHighlight(OpenGlReflection reflection, vec3 share) {
     reflection.classic.specular *= share;
     return reflection;
 }
+
+#ifdef FEATURE_ENVIRONMENT
+EnvironmentShare environmentShare(OpenGlReflection reflection) {
+    return EnvironmentShare(reflection.texel * reflection.classic.diffuse,
+                            reflection.texel * reflection.classic.specular,
+                            roughnessFromExponent(reflection.classic.shininess), kEnvironmentPlain);
+}
+#endif

@@ -1,3 +1,4 @@
+#include "snippet/environment.glsl"
 #include "snippet/classic_material.glsl"
 
 // Phong's model (5.9): the mirrored light, ungated. shaders/README.md says what a reflection_*.glsl defines.
@@ -18,3 +19,9 @@ ClassicMaterial withHighlight(ClassicMaterial reflection, vec3 share) {
     reflection.specular *= share;
     return reflection;
 }
+
+#ifdef FEATURE_ENVIRONMENT
+EnvironmentShare environmentShare(ClassicMaterial reflection) {
+    return EnvironmentShare(reflection.diffuse, reflection.specular, roughnessFromExponent(reflection.shininess), kEnvironmentPlain);
+}
+#endif

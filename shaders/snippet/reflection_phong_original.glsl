@@ -1,3 +1,4 @@
+#include "snippet/environment.glsl"
 #include "snippet/classic_material.glsl"
 
 // Phong's own combination (5.12): a share of the colour needs no light to face it, nor is it shadowed; the rest is
@@ -31,3 +32,10 @@ PhongOriginal withHighlight(PhongOriginal reflection, vec3 share) {
     reflection.specular *= share;
     return reflection;
 }
+
+#ifdef FEATURE_ENVIRONMENT
+EnvironmentShare environmentShare(PhongOriginal reflection) {
+    return EnvironmentShare(reflection.colour * (1.0 - reflection.ambient), reflection.specular,
+                            roughnessFromExponent(reflection.shininess), kEnvironmentPlain);
+}
+#endif

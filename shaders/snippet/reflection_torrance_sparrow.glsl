@@ -1,3 +1,4 @@
+#include "snippet/environment.glsl"
 #include "formula/torrance_sparrow.glsl"
 #include "snippet/metallic_roughness_material.glsl"
 
@@ -21,3 +22,9 @@ TorranceSparrow withHighlight(TorranceSparrow reflection, vec3 share) {
     reflection.reflectance *= share;
     return reflection;
 }
+
+#ifdef FEATURE_ENVIRONMENT
+EnvironmentShare environmentShare(TorranceSparrow reflection) {
+    return EnvironmentShare(reflection.diffuse, reflection.reflectance, reflection.roughness, kEnvironmentCoupled);
+}
+#endif

@@ -10,6 +10,9 @@ vec3 shadedSide(Reflection reflection, vec3 normal, out vec3 shadowed[kShadowedL
     for (int i = 0; i < kShadowedLights; ++i) shadowed[i] = vec3(0.0);
     vec3 toEye = directionToEye(surface.relative);
     vec3 radiance = ambientSum(reflection, 1.0);
+#ifdef FEATURE_ENVIRONMENT
+    radiance += environmentSum(environmentShare(reflection), normal, toEye, 1.0);
+#endif
 #ifdef ANY_LIGHTS
     int next = 0;
     for (uint i = 0u; i < lightRun.y; ++i) {

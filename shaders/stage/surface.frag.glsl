@@ -52,6 +52,9 @@ vec3 reflectedRadiance(vec3 factor, vec3 texel) {
 #endif
     Reflection reflection = reflectionOf(factor, texel);
     vec3 radiance = ambientSum(reflection, occlusion);
+#ifdef FEATURE_ENVIRONMENT
+    radiance += environmentSum(environmentShare(reflection), normal, toEye, occlusion);
+#endif
 #ifdef ANY_LIGHTS
     for (uint i = 0u; i < lightRun.y; ++i) {
         GpuLight light = lights[lightList[lightRun.x + i]];

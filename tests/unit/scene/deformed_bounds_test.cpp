@@ -99,6 +99,12 @@ TEST_F(Deformed, EveryVertexOfEveryPoseIsInside) {
 
         const Box3d box = deformedBoundsOf(aspect.get(made), jointCount).of(maps, morphs);
         const std::vector<VertexJoints> used = vertexJointsOf(aspect.get(made), jointCount);
+        const auto morph = aspect.create<MorphWeights>();
+        aspect.edit(morph).assign<&MorphWeights::weights>(morphs);
+        const auto core = aspect.create<DeformedGeometry>();
+        aspect.edit(core).set<&DeformedGeometry::geometry>(made).set<&DeformedGeometry::morph>(morph);
+        const std::vector<glm::dvec3> exact = deformedPositions(aspect, aspect.get(core), maps);
+        ASSERT_EQ(exact.size(), vertices);
         for (std::size_t v = 0; v < vertices; ++v) {
             glm::vec3 p = positions[v];
             for (std::size_t t = 0; t < targets; ++t) p += deltas[t * vertices + v] * morphs[t];
@@ -108,6 +114,8 @@ TEST_F(Deformed, EveryVertexOfEveryPoseIsInside) {
                 place += (glm::mat3(map.linear) * p + glm::vec3(map.translation)) * used[v].weights[k];
             }
             ASSERT_TRUE(box.contains(glm::dvec3(place))) << "scene " << scene << " vertex " << v;
+            ASSERT_TRUE(box.contains(exact[v])) << "scene " << scene << " vertex " << v;
+            ASSERT_LT(glm::length(glm::dvec3(place) - exact[v]), 1e-5 * box.diagonal() + 1e-6 * size);
         }
     }
 }
