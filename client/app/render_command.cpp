@@ -9,10 +9,12 @@
 
 #include "client/app/held_tiles.h"
 #include "client/app/progress.h"
+#include "client/app/trade_setting.h"
 #include "client/import/load_scene.h"
 #include "client/import/procedural.h"
 #include "client/session/animation_player.h"
 #include "client/session/views.h"
+#include "client/trade/trade_choice.h"
 #include "common/base/hash.h"
 #include "common/base/log.h"
 #include "common/scene/core_types.h"
@@ -125,9 +127,16 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
         if (!light) return light.error();
         setup.stage.lights.push_back(*light);
     }
-    const auto shadow = parseShadowMode(arguments.shadow);
-    if (!shadow) return shadow.error();
-    setup.stage.shadowMode = *shadow;
+    if (arguments.shadow != "auto") {
+        const auto shadow = parseShadowMode(arguments.shadow);
+        if (!shadow) return shadow.error();
+        setup.stage.shadowMode = *shadow;
+    }
+    for (const std::string& text : arguments.shadowSet) {
+        auto field = parseFieldValue("--shadow-set", text);
+        if (!field) return field.error();
+        setup.stage.shadowFields.push_back(std::move(*field));
+    }
     if (arguments.mapSize > 16384)
         return badInput(
             fmt::format("--map-size {}: expected 1 to 16384 texels, or 0 for the largest power of two within the wall",
@@ -166,6 +175,19 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
         return badInput(fmt::format("--local {}: expected 1 to 256 servers", setup.cluster.local));
     setup.cluster.serverArguments = {"--log-level", arguments.logLevel};
     return setup;
+}
+
+Result<void> applyStoredShadows(const SceneArguments& arguments, Aspect& scene, Ref<Window> window) {
+    if (arguments.shadow != "auto") return {};
+    const auto path = tradeFileOf(arguments.scene);
+    const auto stored = readTrade(path);
+    if (!stored) return stored.error();
+    if (!*stored) return {};
+    const TradeSetting& chosen = (*stored)->chosen.setting;
+    if (const auto applied = applySetting(scene, window, chosen); !applied)
+        return badInput(fmt::format("{}: {}", path.string(), applied.error().message));
+    log::info(fmt::format("{}: shadows as chosen by umbriel trade: {}", path.string(), labelOf(chosen)));
+    return {};
 }
 
 Result<std::unique_ptr<LoadedStage>> loadStage(const std::string& scene, const TypeRegistry& types,
@@ -224,6 +246,8 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
     if (!loaded) return exitCodeOf(loaded.error());
     Aspect& scene = *(*loaded)->scene;
     const Stage& stage = (*loaded)->stage;
+    if (const auto stored = applyStoredShadows(arguments.scene, scene, stage.window); !stored)
+        return exitCodeOf(stored.error());
 
     setup->cluster.serverProgram = serverProgram;
     auto cluster = Cluster::connect(setup->cluster, types, setup->tiles);

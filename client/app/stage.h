@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "client/app/arguments.h"
+#include "client/session/field_text.h"
 #include "common/base/result.h"
 #include "common/scene/animation.h"
 #include "common/scene/aspect.h"
@@ -32,6 +33,7 @@ struct StageOptions {
     bool noLights = false;                 // not even the scene's own
     ShadowMode shadowMode = ShadowMode::None;
     std::uint32_t mapSize = 512;
+    std::vector<FieldValue> shadowFields;  // further fields of the viewports
     std::optional<glm::vec3> background;   // linear; none: transparent black
     std::optional<StereoArguments> stereo;
     std::optional<glm::dvec2> wallSize;    // metres; none: the wall is as far away as its field of view puts it at 1 m
