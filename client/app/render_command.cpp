@@ -7,6 +7,7 @@
 #include <numbers>
 #include <ostream>
 
+#include "client/app/frame_budget.h"
 #include "client/app/held_tiles.h"
 #include "client/app/progress.h"
 #include "client/app/trade_setting.h"
@@ -248,6 +249,12 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
     const Stage& stage = (*loaded)->stage;
     if (const auto stored = applyStoredShadows(arguments.scene, scene, stage.window); !stored)
         return exitCodeOf(stored.error());
+    std::optional<FrameBudget> budget;
+    if (arguments.scene.frameBudget) {
+        auto begun = FrameBudget::begin(arguments.scene, scene, stage.window);
+        if (!begun) return exitCodeOf(begun.error());
+        budget.emplace(std::move(*begun));
+    }
 
     setup->cluster.serverProgram = serverProgram;
     auto cluster = Cluster::connect(setup->cluster, types, setup->tiles);
@@ -271,6 +278,10 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
             }
         }
         if (arguments.json) frames.push_back(toJson(report));
+        if (budget) {
+            if (arguments.json) frames.back()["shadow"] = labelOf(budget->setting());
+            if (const auto followed = budget->follow(report); !followed) return followed.error();
+        }
         progress.step();
         return {};
     };

@@ -134,7 +134,7 @@ Result<void> TradeBench::buildScene() {
     auto resolved = resolveViews(scene(), stage().window, _setup.wall, &_bounds);
     if (!resolved) return resolved.error();
     if (!resolved->views.views.empty()) options.eyeWorld = resolved->views.views.front().eyeWorld;
-    auto built = ShadowScene::create(scene(), stage().root, options);
+    auto built = ShadowScene::create(scene(), viewport.root, options);
     if (!built) return built.error();
     _shadowScene = std::move(*built);
     if (_options.lightSize)
@@ -320,8 +320,11 @@ Result<void> TradeBench::measure(TradeRow& row) {
         const ShadowEdges edges = shadowEdges(zones[z].factors());
         if (edges.inTruth > 0 && edges.inResult > 0) errors.zoneEdges[z] = edges.distance.mean;
     }
-    if (!factors->empty() && !factors->front().empty())
+    if (!factors->empty() && !factors->front().empty()) {
         row.factors = asImage(_looks[0].points.width, _looks[0].points.height, factors->front().front());
+        for (std::size_t k = 0; k < _looks[0].points.size(); ++k)
+            if (!_looks[0].points.covered(k)) row.factors.samples()[k] = 1.0f;  // the background, as in truth
+    }
     if (_looks.size() == 2) {
         const auto matches = matchSurfaces(_looks[0].points, _looks[1].points, _looks[1].view);
         double sum = 0.0;

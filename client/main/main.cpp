@@ -41,7 +41,10 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command.add_option("--stereo", arguments.stereo, "left, right or pair: off-axis eyes before the wall; pairs go to x.left, x.right");
     command.add_option("--wall-size", arguments.wallSize, "of the wall in metres, WxH; with the field of view it gives the distance");
     command.add_option("--eye-separation", arguments.eyeSeparation, "metres between the eyes")->capture_default_str();
-    command.add_option("--shadow", arguments.shadow, "shadow mode: none, std")->capture_default_str();
+    command.add_option("--shadow", arguments.shadow, "shadow mode; auto: what umbriel trade stored for the scene, else none")
+        ->capture_default_str();
+    command.add_option("--frame-budget", arguments.frameBudget,
+                       "milliseconds: steps along the front that umbriel trade stored for the scene, all servers together");
     command.add_option("--shadow-set", arguments.shadowSet, "FIELD=VALUE: any field of the viewport, as in offBias=0.5; repeatable")
         ->allow_extra_args(false);
     command.add_option("--map-size", arguments.mapSize, "shadow map size in texels; 0: the largest power of two within the wall")

@@ -133,6 +133,7 @@ std::string frontSvg(const TradeResult& result) {
     svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"#444\" stroke-width=\"1.5\" stroke-dasharray=\"5 3\"/>\n", line);
     std::map<std::string, std::string_view> colours;
     double legend = kTop + 12;
+    double labelled = 1e300;  // where the last label stands: the next one goes below its point when they would meet
     for (const TradeRow& row : result.rows) {
         const auto [known, isNew] = colours.try_emplace(row.setting.technique, kColours[colours.size() % kColours.size()]);
         if (isNew) {
@@ -145,8 +146,11 @@ std::string frontSvg(const TradeResult& result) {
                            "{:.1f} ms</title></circle>\n",
                            px, py, row.chosen ? 8 : 5, known->second, row.onFront ? "#222" : "none", escaped(labelOf(row.setting)),
                            100 * row.errors.error.error(), row.cost.cpuMilliseconds);
-        if (row.onFront || row.chosen)
-            svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", px + 9, py - 6, escaped(labelOf(row.setting)));
+        if (row.onFront || row.chosen) {
+            const double labelY = std::abs(py - 6 - labelled) < 13 ? py + 16 : py - 6;
+            labelled = labelY;
+            svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", px + 9, labelY, escaped(labelOf(row.setting)));
+        }
     }
     return svg + "</svg>\n";
 }
