@@ -16,8 +16,9 @@ Result<FrameBudget> FrameBudget::begin(const SceneArguments& arguments, Aspect& 
     auto stored = readTrade(path);
     if (!stored) return stored.error();
     if (!*stored || (*stored)->front.empty())
-        return badInput(fmt::format("--frame-budget: there is no measured front in {}; run umbriel trade {} --store first",
-                                    path.string(), arguments.scene));
+        return badInput(
+            fmt::format("--frame-budget: there is no measured front in {}; run umbriel trade {} --store first",
+                        path.string(), arguments.scene));
     std::vector<StoredTrade::Point> front = std::move((*stored)->front);
     std::stable_sort(front.begin(), front.end(),
                      [](const auto& a, const auto& b) { return a.wallMilliseconds < b.wallMilliseconds; });

@@ -52,7 +52,9 @@ FloatImage asImage(int width, int height, const std::vector<float>& factors) {
     return image;
 }
 
-const char* nameOf(TileMode mode) { return mode == TileMode::Exact ? "exact" : "offset"; }
+const char* nameOf(TileMode mode) {
+    return mode == TileMode::Exact ? "exact" : "offset";
+}
 
 }  // namespace
 
@@ -169,7 +171,8 @@ Result<std::vector<TradeBench::Look>> TradeBench::lookNow() {
         for (std::size_t light = 0; light < _shadowScene->lights().size(); ++light) {
             look.truth.push_back(shadowTruth(*_shadowScene, look.points, light, _options.truth));
             look.judged.push_back(judgedPixels(*_shadowScene, look.points, light, outline, judging));
-            if (!_shadowScene->lights()[light].castsShadow) std::fill(look.judged.back().begin(), look.judged.back().end(), 0);
+            if (!_shadowScene->lights()[light].castsShadow)
+                std::fill(look.judged.back().begin(), look.judged.back().end(), 0);
         }
         looks.push_back(std::move(look));
     }
@@ -191,10 +194,9 @@ Result<void> TradeBench::movePath(int frame) {
     scene()
         .edit(stage().cameraPose)
         .set<&Transform::linear>(glm::mat3(worldFromView))
-        .set<&Transform::translation>(first.view.eyeWorld + worldFromView[0] * (_options.flickerStep * distance * frame));
-    scene()
-        .edit(stage().ownCamera)
-        .set<&PerspectiveCamera::fovY>(2.0 * std::atan(1.0 / first.view.clipFromView[1][1]));
+        .set<&Transform::translation>(first.view.eyeWorld +
+                                      worldFromView[0] * (_options.flickerStep * distance * frame));
+    scene().edit(stage().ownCamera).set<&PerspectiveCamera::fovY>(2.0 * std::atan(1.0 / first.view.clipFromView[1][1]));
     for (const Ref<Viewport>& viewport : scene().get(stage().window).viewports.toVector())
         scene().edit(viewport).set<&Viewport::camera>(Ref<Container>(stage().ownCamera.id));
     return {};
@@ -230,7 +232,8 @@ Result<void> TradeBench::look() {
 }
 
 Result<std::vector<std::vector<std::vector<float>>>> TradeBench::factorsNow() {
-    const auto drawn = draw(static_cast<std::uint32_t>(Layer::Colour) | static_cast<std::uint32_t>(Layer::LightFactors), true);
+    const auto drawn =
+        draw(static_cast<std::uint32_t>(Layer::Colour) | static_cast<std::uint32_t>(Layer::LightFactors), true);
     if (!drawn) return drawn.error();
     std::vector<std::vector<std::vector<float>>> factors;
     for (const LayeredImage& picture : drawn->pictures) {
@@ -280,12 +283,14 @@ Result<void> TradeBench::measure(TradeRow& row) {
                 std::sort(values.begin(), values.end());
                 return static_cast<int>(std::unique(values.begin(), values.end()) - values.begin());
             };
-            const SeamJump jump = seamJump({w, h, look.truth[light], result, judged}, distinct(columns), distinct(rows));
+            const SeamJump jump =
+                seamJump({w, h, look.truth[light], result, judged}, distinct(columns), distinct(rows));
             seams.pairs += jump.pairs;
             seams.jumps += jump.jumps;
 
             const auto& views = resolved->views.views;
-            const auto view = std::find_if(views.begin(), views.end(), [&](const View& v) { return v.eye == look.eye; });
+            const auto view =
+                std::find_if(views.begin(), views.end(), [&](const View& v) { return v.eye == look.eye; });
             const ContainerId node = _shadowScene->lights()[light].node;
             const ShadowFit* fit = nullptr;
             int fits = 0;
@@ -300,7 +305,8 @@ Result<void> TradeBench::measure(TradeRow& row) {
                 known = known && std::count(judged.begin(), judged.end(), 1) == 0;
                 continue;
             }
-            const BeyondTexel one = beyondTexel(*_shadowScene, look.points, light, *fit, look.truth[light], result, judged);
+            const BeyondTexel one =
+                beyondTexel(*_shadowScene, look.points, light, *fit, look.truth[light], result, judged);
             beyond.leaks += one.leaks;
             beyond.acne += one.acne;
         }
@@ -355,7 +361,8 @@ Result<void> TradeBench::measure(TradeRow& row) {
             const auto change = [&](const std::vector<float>& a, const std::vector<float>& b) {
                 return surfaceChange(a, b, matches, from.judged[light], to.judged[light]).mean;
             };
-            flicker += change(byFrame[frame][light], byFrame[frame + 1][light]) - change(from.truth[light], to.truth[light]);
+            flicker +=
+                change(byFrame[frame][light], byFrame[frame + 1][light]) - change(from.truth[light], to.truth[light]);
             ++pairs;
         }
     }
@@ -389,8 +396,9 @@ Result<void> TradeBench::time(std::vector<TradeRow>& rows, int frames) {
                     wall = std::max(wall, server.drawMilliseconds);
                     gpu = std::max(gpu, server.gpuMilliseconds);
                     cpu += server.cpuMilliseconds;
-                    rows[i].cost.mapBytes = frame == 0 && turn == 0 ? server.shadowMapBytes
-                                                                    : std::max(rows[i].cost.mapBytes, server.shadowMapBytes);
+                    rows[i].cost.mapBytes = frame == 0 && turn == 0
+                                                ? server.shadowMapBytes
+                                                : std::max(rows[i].cost.mapBytes, server.shadowMapBytes);
                 }
                 samples[i].wall.push_back(wall);
                 samples[i].cpu.push_back(cpu);
@@ -417,7 +425,8 @@ TradeResult TradeBench::describe() const {
     result.scene = _sceneName;
     result.version = UMBRIEL_VERSION;
     for (const std::string& line : _machine) result.machine += (result.machine.empty() ? "" : "; ") + line;
-    result.machine += fmt::format("; {} servers, {} tiles, {}", _machine.size(), _setup.tiles.size(), nameOf(_setup.tileMode));
+    result.machine +=
+        fmt::format("; {} servers, {} tiles, {}", _machine.size(), _setup.tiles.size(), nameOf(_setup.tileMode));
     result.width = _setup.wall.width;
     result.height = _setup.wall.height;
     std::uint64_t covered = 0, judged = 0;

@@ -15,10 +15,10 @@ namespace umbriel {
 struct TradeBenchOptions {
     std::optional<double> lightSize;  // metres, directional: radians; of all lights, for soft truth
     TruthOptions truth;
-    std::string judgeNode;            // only surfaces of nodes with this name, or below one; empty: all
-    bool bothSides = false;           // surfaces lit from behind are judged as if light shone through
-    int flickerFrames = 0;            // of a slow move to the side; fewer than 2: none
-    double flickerStep = 0.002;       // of a move, as a share of the distance to what is in view
+    std::string judgeNode;       // only surfaces of nodes with this name, or below one; empty: all
+    bool bothSides = false;      // surfaces lit from behind are judged as if light shone through
+    int flickerFrames = 0;       // of a slow move to the side; fewer than 2: none
+    double flickerStep = 0.002;  // of a move, as a share of the distance to what is in view
 };
 
 // A scene on its servers, where settings are measured against truth and against each other. Lives on one thread.
@@ -54,8 +54,8 @@ class TradeBench {
         Eye eye = Eye::Mono;
         View view;
         SurfacePoints points;
-        std::vector<std::vector<float>> truth;           // by light
-        std::vector<std::vector<std::uint8_t>> judged;   // by light
+        std::vector<std::vector<float>> truth;          // by light
+        std::vector<std::vector<std::uint8_t>> judged;  // by light
     };
     struct Drawn {
         WallViews views;
@@ -76,9 +76,9 @@ class TradeBench {
     std::unique_ptr<LoadedStage> _loaded;
     std::unique_ptr<Cluster> _cluster;
     std::unique_ptr<ShadowScene> _shadowScene;
-    std::vector<Look> _looks;                  // by eye
-    std::vector<std::vector<Look>> _path;      // by frame
-    std::vector<double> _pathTruth;            // the truth's own change, by pair of frames
+    std::vector<Look> _looks;              // by eye
+    std::vector<std::vector<Look>> _path;  // by frame
+    std::vector<double> _pathTruth;        // the truth's own change, by pair of frames
     double _eyesTruth = 0.0;
     std::vector<std::string> _machine;
     GeometryBounds _bounds;

@@ -41,7 +41,8 @@ Result<std::vector<T>> numbersOf(std::string_view argument, const std::string& t
         T value{};
         const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), value);
         if (error != std::errc{} || end != part.data() + part.size() || !(value >= lowest && value <= highest))
-            return badInput(fmt::format("{} '{}': expected numbers from {} to {}, separated by commas", argument, text, lowest, highest));
+            return badInput(fmt::format("{} '{}': expected numbers from {} to {}, separated by commas", argument, text,
+                                        lowest, highest));
         numbers.push_back(value);
     }
     return numbers;
@@ -52,7 +53,8 @@ Result<std::vector<TradeRow>> rowsOf(const TradeArguments& arguments) {
     if (techniques.empty()) {
         techniques = drawnShadowModes();
         // Maps that do not depend on the view are another row, the thesis' standard.
-        if (std::find(techniques.begin(), techniques.end(), "std") != techniques.end()) techniques.push_back("std:scene");
+        if (std::find(techniques.begin(), techniques.end(), "std") != techniques.end())
+            techniques.push_back("std:scene");
         std::erase(techniques, "visibility-map");
     }
     const auto sizes = numbersOf<std::uint32_t>("--map-sizes", arguments.mapSizes, 0u, 16384u);
@@ -74,8 +76,10 @@ Result<std::vector<TradeRow>> rowsOf(const TradeArguments& arguments) {
         if (!parsed) return parsed.error();
         const bool mapped = hasMap(parsed->mode);
         for (std::size_t m = 0; m < (mapped ? sizes->size() : 1); ++m)
-            for (std::size_t f = 0; f < (takesFilter(parsed->mode) ? std::max<std::size_t>(1, filters->size()) : 1); ++f)
-                for (std::size_t s = 0; s < (takesSamples(parsed->mode) ? std::max<std::size_t>(1, samples->size()) : 1); ++s) {
+            for (std::size_t f = 0; f < (takesFilter(parsed->mode) ? std::max<std::size_t>(1, filters->size()) : 1);
+                 ++f)
+                for (std::size_t s = 0;
+                     s < (takesSamples(parsed->mode) ? std::max<std::size_t>(1, samples->size()) : 1); ++s) {
                     TradeRow row;
                     row.setting.technique = technique;
                     row.setting.mapSize = mapped ? (*sizes)[m] : 512;
@@ -86,7 +90,8 @@ Result<std::vector<TradeRow>> rowsOf(const TradeArguments& arguments) {
                 }
     }
     if (rows.empty() || rows.size() > kMaxRows)
-        return badInput(fmt::format("{} settings to measure; at least 1 and at most {} make sense", rows.size(), kMaxRows));
+        return badInput(
+            fmt::format("{} settings to measure; at least 1 and at most {} make sense", rows.size(), kMaxRows));
     return rows;
 }
 
@@ -100,8 +105,10 @@ Result<void> writeText(const std::string& path, const std::string& text) {
 Result<void> writeReports(const TradeResult& result, const std::vector<std::string>& outs) {
     for (const std::string& path : outs) {
         std::string text;
-        if (path.ends_with(".csv")) text = tradeCsv(result);
-        else if (path.ends_with(".json")) text = tradeJson(result);
+        if (path.ends_with(".csv"))
+            text = tradeCsv(result);
+        else if (path.ends_with(".json"))
+            text = tradeJson(result);
         else {
             auto html = tradeHtml(result);
             if (!html) return html.error();
@@ -147,9 +154,10 @@ Result<TradeResult> sweep(const TradeArguments& arguments, const std::filesystem
     result.rows = std::move(*rows);
     for (const std::size_t i : paretoFront(result.rows)) result.rows[i].onFront = true;
     if (result.judgedShare < 0.8)
-        result.notes.push_back(fmt::format("{:.1f} % of the covered pixels are judged: the others face away from the light, lie on "
-                                           "silhouettes or are left out",
-                                           100.0 * result.judgedShare));
+        result.notes.push_back(
+            fmt::format("{:.1f} % of the covered pixels are judged: the others face away from the light, lie on "
+                        "silhouettes or are left out",
+                        100.0 * result.judgedShare));
     return result;
 }
 
@@ -166,10 +174,12 @@ int runTrade(const TradeArguments& arguments, const std::filesystem::path& serve
         return exitCodeOf(badInput(fmt::format("--flicker {}: expected 2 to 1000 frames, or 0", arguments.flicker)));
     if (arguments.maxError && !(*arguments.maxError >= 0.0))
         return exitCodeOf(badInput("--max-error: expected a share of the judged pixels of 0 or more, as in 0.005"));
-    if (arguments.budget && !(*arguments.budget > 0.0)) return exitCodeOf(badInput("--budget: expected more than 0 milliseconds"));
+    if (arguments.budget && !(*arguments.budget > 0.0))
+        return exitCodeOf(badInput("--budget: expected more than 0 milliseconds"));
     for (const std::string& path : arguments.out)
         if (!path.ends_with(".csv") && !path.ends_with(".json") && !path.ends_with(".html"))
-            return exitCodeOf(badInput(fmt::format("--out '{}': expected a name ending in .csv, .json or .html", path)));
+            return exitCodeOf(
+                badInput(fmt::format("--out '{}': expected a name ending in .csv, .json or .html", path)));
     if (!arguments.preset.empty()) return runTradePreset(arguments, serverProgram, out);
 
     auto result = sweep(arguments, serverProgram);
@@ -189,12 +199,15 @@ int runTrade(const TradeArguments& arguments, const std::filesystem::path& serve
     }
     if (chosen && arguments.store) {
         const auto path = tradeFileOf(arguments.scene.scene);
-        if (const auto stored = writeTrade(path, storedTrade(*result, *chosen)); !stored) return exitCodeOf(stored.error());
+        if (const auto stored = writeTrade(path, storedTrade(*result, *chosen)); !stored)
+            return exitCodeOf(stored.error());
         result->notes.push_back(fmt::format("stored in {}: umbriel render and view take it", path.string()));
     }
     if (const auto written = writeReports(*result, arguments.out); !written) return exitCodeOf(written.error());
-    if (arguments.json) out << tradeJson(*result);
-    else if (!arguments.scene.quiet) printTrade(*result, out);
+    if (arguments.json)
+        out << tradeJson(*result);
+    else if (!arguments.scene.quiet)
+        printTrade(*result, out);
     const bool unmet = (arguments.maxError || arguments.budget) && !chosen;
     return out.good() && !unmet ? 0 : 1;
 }

@@ -12,22 +12,22 @@ namespace umbriel {
 
 struct TradeArguments {
     SceneArguments scene;
-    std::string techniques;            // "std,std:scene,lisp"; empty: all this version draws
+    std::string techniques;  // "std,std:scene,lisp"; empty: all this version draws
     std::string mapSizes = "512,1024,2048";
-    std::string filters;               // filter widths of PCF; empty: its own
-    std::string samples;               // samples a row; empty: the technique's own
+    std::string filters;                 // filter widths of PCF; empty: its own
+    std::string samples;                 // samples a row; empty: the technique's own
     std::vector<std::string> shadowSet;  // FIELD=VALUE, for all rows
-    int frames = 12;                   // timed, for each row
+    int frames = 12;                     // timed, for each row
     std::optional<double> lightSize;
     int lightSamples = 256;
-    std::string judge;                 // a node's name
+    std::string judge;  // a node's name
     bool bothSides = false;
-    int flicker = 0;                   // frames
-    std::optional<double> maxError;    // a share
-    std::optional<double> budget;      // milliseconds of wall time
+    int flicker = 0;                 // frames
+    std::optional<double> maxError;  // a share
+    std::optional<double> budget;    // milliseconds of wall time
     bool store = false;
     std::string preset;
-    std::vector<std::string> out;      // .csv, .json, .html
+    std::vector<std::string> out;  // .csv, .json, .html
     bool json = false;
 };
 

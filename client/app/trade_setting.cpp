@@ -15,8 +15,10 @@ Result<Technique> parseTechnique(const std::string& text) {
     technique.mode = *mode;
     if (colon == std::string::npos) return technique;
     const std::string fit = text.substr(colon + 1);
-    if (fit == "scene") technique.fit = ShadowFitMode::Scene;
-    else if (fit == "per-view") technique.fit = ShadowFitMode::PerView;
+    if (fit == "scene")
+        technique.fit = ShadowFitMode::Scene;
+    else if (fit == "per-view")
+        technique.fit = ShadowFitMode::PerView;
     else if (fit != "union")
         return badInput(fmt::format("technique '{}': '{}' is no fit; expected union, scene or per-view", text, fit));
     return technique;
@@ -30,12 +32,16 @@ bool hasMap(ShadowMode mode) {
         case ShadowMode::VolumeZPass:
         case ShadowMode::VolumeZFail:
         case ShadowMode::Blob:
-        case ShadowMode::VisibilityMap: return false;
-        default: return true;
+        case ShadowMode::VisibilityMap:
+            return false;
+        default:
+            return true;
     }
 }
 
-bool takesFilter(ShadowMode mode) { return mode == ShadowMode::PercentageCloser; }
+bool takesFilter(ShadowMode mode) {
+    return mode == ShadowMode::PercentageCloser;
+}
 
 bool takesSamples(ShadowMode mode) {
     return mode == ShadowMode::PercentageCloser || mode == ShadowMode::PercentageCloserSoft;
@@ -56,7 +62,8 @@ Result<void> applySetting(Aspect& scene, Ref<Window> window, const TradeSetting&
             if (const auto done = set("filterWidth", fmt::format("{}", *setting.filter)); !done) return done.error();
         if (setting.samples) {
             const bool soft = technique->mode == ShadowMode::PercentageCloserSoft;
-            if (const auto done = set(soft ? "filterSamples" : "samplesPerRow", fmt::format("{}", *setting.samples)); !done)
+            if (const auto done = set(soft ? "filterSamples" : "samplesPerRow", fmt::format("{}", *setting.samples));
+                !done)
                 return done.error();
         }
         for (const auto& [field, value] : setting.fields)

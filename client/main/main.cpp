@@ -27,7 +27,7 @@ std::filesystem::path serverBesideThisProgram() {
 }
 
 void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
-    command.add_option("SCENE", arguments.scene, "a .gltf, .glb or .obj file, or demo:city, demo:car, demo:cloth, demo:spheres?n=N")
+    command.add_option("SCENE", arguments.scene, "a .gltf, .glb or .obj file, or demo:city, demo:car, demo:cloth, demo:palms, demo:spheres?n=N")
         ->required();
     command.add_option("--servers", arguments.servers, "servers that run already: HOST:PORT or NAME=HOST:PORT, separated by commas");
     command.add_option("--local", arguments.local, "start this many servers on this machine (default: one per tile, at most 16)");

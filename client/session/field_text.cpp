@@ -40,19 +40,27 @@ bool appendList(std::string_view text, std::size_t count, std::vector<std::byte>
 std::string_view formOf(const FieldDescriptor& field) {
     if (field.isMulti) return {};
     switch (field.kind) {
-        case ElementKind::Bool: return "true or false";
+        case ElementKind::Bool:
+            return "true or false";
         case ElementKind::U8:
         case ElementKind::U16:
         case ElementKind::U32:
-        case ElementKind::U64: return "a whole number of 0 or more";
-        case ElementKind::I32: return "a whole number";
+        case ElementKind::U64:
+            return "a whole number of 0 or more";
+        case ElementKind::I32:
+            return "a whole number";
         case ElementKind::F32:
-        case ElementKind::F64: return "a finite number";
-        case ElementKind::Vec2: return "two numbers x,y";
+        case ElementKind::F64:
+            return "a finite number";
+        case ElementKind::Vec2:
+            return "two numbers x,y";
         case ElementKind::Vec3:
-        case ElementKind::DVec3: return "three numbers x,y,z";
-        case ElementKind::Vec4: return "four numbers x,y,z,w";
-        default: return {};
+        case ElementKind::DVec3:
+            return "three numbers x,y,z";
+        case ElementKind::Vec4:
+            return "four numbers x,y,z,w";
+        default:
+            return {};
     }
 }
 
@@ -62,18 +70,30 @@ bool parse(ElementKind kind, std::string_view text, std::vector<std::byte>& byte
             if (text != "true" && text != "false" && text != "1" && text != "0") return false;
             bytes.push_back(static_cast<std::byte>(text == "true" || text == "1" ? 1 : 0));
             return true;
-        case ElementKind::U8: return append<std::uint8_t>(text, bytes);
-        case ElementKind::U16: return append<std::uint16_t>(text, bytes);
-        case ElementKind::U32: return append<std::uint32_t>(text, bytes);
-        case ElementKind::U64: return append<std::uint64_t>(text, bytes);
-        case ElementKind::I32: return append<std::int32_t>(text, bytes);
-        case ElementKind::F32: return append<float>(text, bytes);
-        case ElementKind::F64: return append<double>(text, bytes);
-        case ElementKind::Vec2: return appendList<float>(text, 2, bytes);
-        case ElementKind::Vec3: return appendList<float>(text, 3, bytes);
-        case ElementKind::Vec4: return appendList<float>(text, 4, bytes);
-        case ElementKind::DVec3: return appendList<double>(text, 3, bytes);
-        default: return false;
+        case ElementKind::U8:
+            return append<std::uint8_t>(text, bytes);
+        case ElementKind::U16:
+            return append<std::uint16_t>(text, bytes);
+        case ElementKind::U32:
+            return append<std::uint32_t>(text, bytes);
+        case ElementKind::U64:
+            return append<std::uint64_t>(text, bytes);
+        case ElementKind::I32:
+            return append<std::int32_t>(text, bytes);
+        case ElementKind::F32:
+            return append<float>(text, bytes);
+        case ElementKind::F64:
+            return append<double>(text, bytes);
+        case ElementKind::Vec2:
+            return appendList<float>(text, 2, bytes);
+        case ElementKind::Vec3:
+            return appendList<float>(text, 3, bytes);
+        case ElementKind::Vec4:
+            return appendList<float>(text, 4, bytes);
+        case ElementKind::DVec3:
+            return appendList<double>(text, 3, bytes);
+        default:
+            return false;
     }
 }
 
@@ -105,7 +125,8 @@ Result<void> setField(Aspect& aspect, ContainerId id, std::string_view name, std
             std::uint32_t number = 0;
             std::memcpy(&number, bytes.data(), sizeof(number));
             if (number >= field.enumCount)
-                return badInput(fmt::format("{} '{}': {} is none of its {} values", type.name, name, number, field.enumCount));
+                return badInput(
+                    fmt::format("{} '{}': {} is none of its {} values", type.name, name, number, field.enumCount));
         }
         RawEdit(aspect).setSingle(id, i, bytes);
         return {};

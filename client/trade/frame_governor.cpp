@@ -42,7 +42,8 @@ bool FrameGovernor::observe(double milliseconds) {
     if (median > _options.budgetMilliseconds) {
         _within = 0;
         if (_index == 0) return false;
-        if (_steppedUp) _patience = std::min(2 * _patience, kMostPatience * std::max<std::size_t>(1, _options.patience));
+        if (_steppedUp)
+            _patience = std::min(2 * _patience, kMostPatience * std::max<std::size_t>(1, _options.patience));
         _steppedUp = false;
         // As far down as this machine, at its present speed, needs.
         const double slower = _costs[_index] > 0.0 ? median / _costs[_index] : 1.0;

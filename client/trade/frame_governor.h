@@ -13,9 +13,9 @@ class FrameGovernor {
  public:
     struct Options {
         double budgetMilliseconds = 40.0;
-        std::size_t window = 5;        // frames whose median counts
-        std::size_t patience = 30;     // frames within the budget before a step up
-        double headroom = 0.85;        // a step up must be expected to take at most this share of the budget
+        std::size_t window = 5;     // frames whose median counts
+        std::size_t patience = 30;  // frames within the budget before a step up
+        double headroom = 0.85;     // a step up must be expected to take at most this share of the budget
     };
     // costs: milliseconds of the settings, ascending, at least one (asserted).
     FrameGovernor(std::vector<double> costs, const Options& options);
@@ -31,10 +31,10 @@ class FrameGovernor {
     std::vector<double> _costs;
     Options _options;
     std::size_t _index;
-    std::deque<double> _recent;   // since the last step, the first frame left out
-    std::size_t _within = 0;      // frames in a row whose median was within the budget
-    std::size_t _patience;        // grows when a step up had to be taken back
-    bool _steppedUp = false;      // the last step
+    std::deque<double> _recent;  // since the last step, the first frame left out
+    std::size_t _within = 0;     // frames in a row whose median was within the budget
+    std::size_t _patience;       // grows when a step up had to be taken back
+    bool _steppedUp = false;     // the last step
     bool _skipOne = false;
 };
 

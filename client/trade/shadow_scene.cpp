@@ -61,13 +61,15 @@ std::vector<glm::dvec3> worldPositions(const Aspect& scene, const Hierarchy& hie
             for (std::size_t v = 0; v < vertices; ++v)
                 positions[v] += static_cast<double>(weights[t]) * glm::dvec3(deltas[t * vertices + v]);
     }
-    const std::vector<VertexJoints> joints = skin ? vertexJointsOf(geometry, skin->joints.size()) : std::vector<VertexJoints>();
+    const std::vector<VertexJoints> joints =
+        skin ? vertexJointsOf(geometry, skin->joints.size()) : std::vector<VertexJoints>();
     if (joints.size() != vertices || joints.empty()) {
         for (glm::dvec3& p : positions) p = visited.worldFromNode.point(p);
         return positions;
     }
     std::vector<Affine> worldFromJoint;
-    for (const Ref<Node>& joint : skin->joints.toVector()) worldFromJoint.push_back(hierarchy.worldFromNode(scene, joint));
+    for (const Ref<Node>& joint : skin->joints.toVector())
+        worldFromJoint.push_back(hierarchy.worldFromNode(scene, joint));
     const glm::dvec3 anchor = worldFromJoint.front().translation;
     const std::vector<Affine> maps = jointMapsOf(*skin, worldFromJoint, anchor);
     for (std::size_t v = 0; v < vertices; ++v) {
@@ -122,9 +124,11 @@ Result<std::unique_ptr<ShadowScene>> ShadowScene::create(const Aspect& scene, Re
             result->_lights.push_back(describe(scene, *effect));
         }
         if (!visited.core) return Descend::Yes;
-        const auto* deformed = isA<DeformedGeometry>(*visited.core) ? static_cast<const DeformedGeometry*>(visited.core) : nullptr;
-        const auto* drawn = deformed ? scene.find(deformed->geometry.get())
-                                     : isA<Geometry>(*visited.core) ? static_cast<const Geometry*>(visited.core) : nullptr;
+        const auto* deformed =
+            isA<DeformedGeometry>(*visited.core) ? static_cast<const DeformedGeometry*>(visited.core) : nullptr;
+        const auto* drawn = deformed                       ? scene.find(deformed->geometry.get())
+                            : isA<Geometry>(*visited.core) ? static_cast<const Geometry*>(visited.core)
+                                                           : nullptr;
         if (!drawn) return Descend::Yes;
         const Geometry& geometry = *drawn;
 
@@ -170,7 +174,8 @@ Result<std::unique_ptr<ShadowScene>> ShadowScene::create(const Aspect& scene, Re
         std::vector<glm::vec2> texCoords;
         std::vector<glm::vec4> colours;
         if (masked) {
-            texCoords = (holes->masks[mask].texture.texCoordSet() == 0 ? geometry.texCoords0 : geometry.texCoords1).toVector();
+            texCoords =
+                (holes->masks[mask].texture.texCoordSet() == 0 ? geometry.texCoords0 : geometry.texCoords1).toVector();
             colours = geometry.colours.toVector();
         }
         for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
@@ -199,9 +204,11 @@ Result<std::unique_ptr<ShadowScene>> ShadowScene::create(const Aspect& scene, Re
         return Descend::Yes;
     });
     if (tooMany) return badInput("the scene has too many vertices for rays: 2^32 at most");
-    if (collides) return badInput("two drawn nodes have ids with the same low 32 bits: the layer of ids cannot tell them apart");
+    if (collides)
+        return badInput("two drawn nodes have ids with the same low 32 bits: the layer of ids cannot tell them apart");
     if (result->_lights.size() > kMaxLights)
-        return badInput(fmt::format("the scene has {} lights; shadows of at most {} are judged", result->_lights.size(), kMaxLights));
+        return badInput(fmt::format("the scene has {} lights; shadows of at most {} are judged", result->_lights.size(),
+                                    kMaxLights));
     auto rays = trace::OcclusionScene::create(
         positions, corners, std::move(mayHaveHoles),
         [holes](std::uint32_t triangle, double u, double v) { return holes->isSolid(triangle, u, v); });

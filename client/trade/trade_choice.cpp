@@ -56,14 +56,16 @@ fs::path tradeFileOf(const std::string& scene) {
     std::string name = scene;
     std::replace_if(
         name.begin(), name.end(),
-        [](unsigned char c) { return !((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9')); }, '-');
+        [](unsigned char c) { return !((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9')); },
+        '-');
     return name + ".umtrade.json";
 }
 
 Result<void> writeTrade(const fs::path& path, const StoredTrade& trade) {
     Json front = Json::array();
     for (const StoredTrade::Point& point : trade.front) front.push_back(toJson(point));
-    const Json json = {{"umbriel_trade", 1}, {"scene", trade.scene}, {"chosen", toJson(trade.chosen)}, {"front", front}};
+    const Json json = {
+        {"umbriel_trade", 1}, {"scene", trade.scene}, {"chosen", toJson(trade.chosen)}, {"front", front}};
     auto file = AtomicFile::create(path);
     if (!file) return file.error();
     const std::string text = json.dump(2) + "\n";
@@ -76,8 +78,8 @@ Result<std::optional<StoredTrade>> readTrade(const fs::path& path) {
     const std::uintmax_t size = fs::file_size(path, error);
     if (error) return std::optional<StoredTrade>();
     const auto bad = [&](const std::string& why) {
-        return badInput(fmt::format("{}: not a choice stored by umbriel trade ({}); remove it or run umbriel trade again",
-                                    path.string(), why));
+        return badInput(fmt::format(
+            "{}: not a choice stored by umbriel trade ({}); remove it or run umbriel trade again", path.string(), why));
     };
     if (size > kMaxBytes) return bad("too long");
     std::ifstream stream(path, std::ios::binary);
@@ -97,7 +99,8 @@ Result<std::optional<StoredTrade>> readTrade(const fs::path& path) {
 
 StoredTrade storedTrade(const TradeResult& result, std::size_t chosen) {
     const auto point = [&](const TradeRow& row) {
-        return StoredTrade::Point{row.setting, row.errors.error.error(), row.cost.wallMilliseconds, row.cost.cpuMilliseconds};
+        return StoredTrade::Point{row.setting, row.errors.error.error(), row.cost.wallMilliseconds,
+                                  row.cost.cpuMilliseconds};
     };
     StoredTrade trade;
     trade.scene = result.scene;

@@ -11,7 +11,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+Json finite(double value) {
+    return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
 template <class T>
 Json maybe(const std::optional<T>& value) {
     return value ? Json(*value) : Json(nullptr);
@@ -92,7 +94,8 @@ std::string tradeCsv(const TradeResult& result) {
             if (value.is_string()) {
                 std::string quoted = value.get<std::string>();
                 if (quoted.find_first_of(",\"\n") != std::string::npos) {
-                    for (std::size_t at = 0; (at = quoted.find('"', at)) != std::string::npos; at += 2) quoted.insert(at, 1, '"');
+                    for (std::size_t at = 0; (at = quoted.find('"', at)) != std::string::npos; at += 2)
+                        quoted.insert(at, 1, '"');
                     quoted = '"' + quoted + '"';
                 }
                 text += quoted;
@@ -106,20 +109,22 @@ std::string tradeCsv(const TradeResult& result) {
 }
 
 void printTrade(const TradeResult& result, std::ostream& out) {
-    out << fmt::format("{}, {}x{}, {:.1f} % of the covered pixels judged; {}\n", result.scene, result.width, result.height,
-                       100.0 * result.judgedShare, result.truth);
-    out << fmt::format("  {:<28} {:>8} {:>8} {:>8} {:>9} {:>7} {:>7} {:>8} {:>8} {:>9}\n", "setting", "error %", "leak %", "acne %",
-                       "edge px", "p95", "rmse", "wall ms", "cpu ms", "map KiB");
+    out << fmt::format("{}, {}x{}, {:.1f} % of the covered pixels judged; {}\n", result.scene, result.width,
+                       result.height, 100.0 * result.judgedShare, result.truth);
+    out << fmt::format("  {:<28} {:>8} {:>8} {:>8} {:>9} {:>7} {:>7} {:>8} {:>8} {:>9}\n", "setting", "error %",
+                       "leak %", "acne %", "edge px", "p95", "rmse", "wall ms", "cpu ms", "map KiB");
     for (const TradeRow& row : result.rows) {
         const ShadowError& e = row.errors.error;
-        const auto pixels = [](double value) { return std::isfinite(value) ? fmt::format("{:.1f}", value) : std::string("-"); };
+        const auto pixels = [](double value) {
+            return std::isfinite(value) ? fmt::format("{:.1f}", value) : std::string("-");
+        };
         out << fmt::format("{} {:<28} {:>8.3f} {:>8.3f} {:>8.3f} {:>9} {:>7} {:>7.4f} {:>8.1f} {:>8.1f} {:>9}\n",
                            row.chosen    ? '>'
                            : row.onFront ? '*'
                                          : ' ',
                            labelOf(row.setting), 100.0 * e.error(), 100.0 * e.leak, 100.0 * e.acne,
-                           pixels(row.errors.edges.distance.median), pixels(row.errors.edges.distance.percentile95), e.rmse,
-                           row.cost.wallMilliseconds, row.cost.cpuMilliseconds, row.cost.mapBytes / 1024);
+                           pixels(row.errors.edges.distance.median), pixels(row.errors.edges.distance.percentile95),
+                           e.rmse, row.cost.wallMilliseconds, row.cost.cpuMilliseconds, row.cost.mapBytes / 1024);
     }
     for (const std::string& note : result.notes) out << "  " << note << '\n';
 }

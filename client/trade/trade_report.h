@@ -8,9 +8,9 @@
 
 namespace umbriel {
 
-// The rows as text files. CSV: a line of names, a line a row. JSON: {scene, version, machine, size, judged_share, truth,
-// rows: [{technique, map_size, filter, samples, error, leak, acne, ...}], notes}. An error is a share of the judged
-// pixels; numbers that do not exist are null, in CSV empty.
+// The rows as text files. CSV: a line of names, a line a row. JSON: {scene, version, machine, size, judged_share,
+// truth, rows: [{technique, map_size, filter, samples, error, leak, acne, ...}], notes}. An error is a share of the
+// judged pixels; numbers that do not exist are null, in CSV empty.
 std::string tradeCsv(const TradeResult& result);
 std::string tradeJson(const TradeResult& result);
 

@@ -15,10 +15,10 @@ namespace umbriel {
 
 // One way to draw shadows.
 struct TradeSetting {
-    std::string technique;             // short name of a ShadowMode, with ":scene" or ":per-view" for another fit
-    std::uint32_t mapSize = 512;       // texels
-    std::optional<double> filter;      // filterWidth; none: the module's own
-    std::optional<int> samples;        // samplesPerRow
+    std::string technique;         // short name of a ShadowMode, with ":scene" or ":per-view" for another fit
+    std::uint32_t mapSize = 512;   // texels
+    std::optional<double> filter;  // filterWidth; none: the module's own
+    std::optional<int> samples;    // samplesPerRow
     std::vector<std::pair<std::string, std::string>> fields;  // further fields of the viewport
 };
 // "lisp 1024", "pcf 1024 w8 n6".
@@ -41,39 +41,41 @@ struct TradeErrors {
     // is not known (cube, paraboloid, no map).
     std::optional<double> leakBeyondTexel;
     std::optional<double> acneBeyondTexel;
-    double machBand = 0.0;          // mean response
-    double deltaE = 0.0;            // mean
-    double seamJump = 0.0;          // share of pairs across tile borders
-    std::array<double, 3> zoneErrors{};  // near, middle, far
+    double machBand = 0.0;                             // mean response
+    double deltaE = 0.0;                               // mean
+    double seamJump = 0.0;                             // share of pairs across tile borders
+    std::array<double, 3> zoneErrors{};                // near, middle, far
     std::array<std::optional<double>, 3> zoneEdges{};  // median displacement, pixels; none without an edge
-    std::optional<double> flicker;      // mean change of the same surface points from frame to frame, less the truth's
-    std::optional<double> eyeMismatch;  // share of surface points that the eyes see on different sides, less the truth's
+    std::optional<double> flicker;  // mean change of the same surface points from frame to frame, less the truth's
+    std::optional<double>
+        eyeMismatch;  // share of surface points that the eyes see on different sides, less the truth's
 };
 
 struct TradeRow {
     TradeSetting setting;
     TradeErrors errors;
     TradeCost cost;
-    FloatImage factors;     // of the first light, one channel; for thumbnails
+    FloatImage factors;  // of the first light, one channel; for thumbnails
     bool onFront = false;
     bool chosen = false;
 };
 
 struct TradeResult {
     std::string scene;
-    std::string machine;     // renderer, processor
+    std::string machine;  // renderer, processor
     std::string version;
     int width = 0;
     int height = 0;
-    double judgedShare = 0.0;   // of covered pixels, over all lights
-    std::string truth;          // how it was made, for people
-    FloatImage truthFactors;    // of the first light
+    double judgedShare = 0.0;  // of covered pixels, over all lights
+    std::string truth;         // how it was made, for people
+    FloatImage truthFactors;   // of the first light
     std::vector<std::uint8_t> judged;
     std::vector<TradeRow> rows;
     std::vector<std::string> notes;
 };
 
-// Indices of rows that no other row beats: no more error and no more cost, and less of one. Ascending by processor time.
+// Indices of rows that no other row beats: no more error and no more cost, and less of one. Ascending by processor
+// time.
 std::vector<std::size_t> paretoFront(const std::vector<TradeRow>& rows);
 
 // The cheapest row whose error is at most maxError, and/or the most accurate that costs at most budget milliseconds of

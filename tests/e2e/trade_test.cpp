@@ -13,7 +13,8 @@ namespace {
 
 using json = nlohmann::json;
 
-const std::vector<std::string> kSmall = {"--size", "192x108", "--techniques", "none,std", "--map-sizes", "64,512", "--frames", "1"};
+const std::vector<std::string> kSmall = {"--size",      "192x108", "--techniques", "none,std",
+                                         "--map-sizes", "64,512",  "--frames",     "1"};
 
 std::vector<std::string> with(std::vector<std::string> first, const std::vector<std::string>& more) {
     first.insert(first.end(), more.begin(), more.end());
@@ -22,17 +23,22 @@ std::vector<std::string> with(std::vector<std::string> first, const std::vector<
 
 TEST(Trade, MapsOfMoreTexelsHaveLessErrorAndAllRowsAreThere) {
     TemporaryFolder folder;
-    const Outcome outcome = run("umbriel", with({"trade", "demo:palms", "--json", "--out", folder / "t.html", "--out", folder / "t.csv"}, kSmall));
+    const Outcome outcome =
+        run("umbriel",
+            with({"trade", "demo:palms", "--json", "--out", folder / "t.html", "--out", folder / "t.csv"}, kSmall));
     ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
     const json result = json::parse(outcome.out);
     ASSERT_EQ(result["rows"].size(), 3u);
     double none = 0.0, coarse = 0.0, fine = 0.0;
     for (const json& row : result["rows"]) {
-        if (row["technique"] == "none") none = row["error"];
-        else (row["map_size"] == 64 ? coarse : fine) = row["error"];
+        if (row["technique"] == "none")
+            none = row["error"];
+        else
+            (row["map_size"] == 64 ? coarse : fine) = row["error"];
         EXPECT_DOUBLE_EQ(row["error"].get<double>(), row["leak"].get<double>() + row["acne"].get<double>());
         EXPECT_GT(row["cpu_ms"].get<double>(), 0.0);
-        EXPECT_EQ(row["map_bytes"], row["technique"] == "none" ? 0 : 4 * row["map_size"].get<int>() * row["map_size"].get<int>());
+        EXPECT_EQ(row["map_bytes"],
+                  row["technique"] == "none" ? 0 : 4 * row["map_size"].get<int>() * row["map_size"].get<int>());
     }
     EXPECT_LT(fine, coarse);
     EXPECT_LT(fine, none);
@@ -49,16 +55,20 @@ TEST(Trade, ErrorsAreTheSameToTheLastBitEveryTime) {
         results.push_back(json::parse(outcome.out));
     }
     for (std::size_t row = 0; row < results[0]["rows"].size(); ++row)
-        for (const char* key : {"technique", "map_size", "error", "leak", "acne", "rmse", "edge_median_px", "edge_p95_px", "delta_e"})
+        for (const char* key :
+             {"technique", "map_size", "error", "leak", "acne", "rmse", "edge_median_px", "edge_p95_px", "delta_e"})
             EXPECT_EQ(results[0]["rows"][row][key], results[1]["rows"][row][key]) << key;
 }
 
 TEST(Trade, AStoredChoiceIsTakenByRenderAndAWantedErrorThatNothingKeepsIsAFailure) {
     TemporaryFolder folder;
     const std::string scene = folder / "box.obj";
-    writeFile(scene, "v -5 0 5\nv 5 0 5\nv 5 0 -5\nv -5 0 -5\nv -1 1 1\nv 1 1 1\nv 1 1 -1\nv -1 1 -1\nf 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\n");
+    writeFile(scene,
+              "v -5 0 5\nv 5 0 5\nv 5 0 -5\nv -5 0 -5\nv -1 1 1\nv 1 1 1\nv 1 1 -1\nv -1 1 -1\nf 1 2 3\nf 1 3 4\nf 5 6 "
+              "7\nf 5 7 8\n");
     const std::vector<std::string> light = {"--light", "dir:0.5,-1,-0.2"};
-    const Outcome chosen = run("umbriel", with(with({"trade", scene, "--max-error", "0.02", "--store", "--json"}, kSmall), light));
+    const Outcome chosen =
+        run("umbriel", with(with({"trade", scene, "--max-error", "0.02", "--store", "--json"}, kSmall), light));
     ASSERT_EQ(chosen.exitCode, 0) << chosen.err;
     ASSERT_TRUE(std::filesystem::exists(scene + ".umtrade.json"));
     const auto shadowed = [&](const std::vector<std::string>& more) {

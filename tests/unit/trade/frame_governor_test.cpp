@@ -68,7 +68,8 @@ TEST(FrameGovernor, ASingleSettingStays) {
 
 // On a machine of any speed it comes to rest at a setting that keeps the budget, if there is one.
 RC_GTEST_PROP(FrameGovernor, ComesToRestWithinTheBudget, ()) {
-    auto costs = *rc::gen::container<std::vector<double>>(6, rc::gen::map(rc::gen::inRange(1, 200), [](int v) { return 1.0 * v; }));
+    auto costs = *rc::gen::container<std::vector<double>>(
+        6, rc::gen::map(rc::gen::inRange(1, 200), [](int v) { return 1.0 * v; }));
     std::sort(costs.begin(), costs.end());
     const double slowness = *rc::gen::inRange(1, 80) / 10.0;
     FrameGovernor governor(costs, {60.0});

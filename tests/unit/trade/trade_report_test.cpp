@@ -42,8 +42,8 @@ TradeResult example() {
 TEST(TradeReport, JsonHasTheRowsOfTheContract) {
     const auto json = nlohmann::json::parse(tradeJson(example()));
     ASSERT_EQ(json["rows"].size(), 3u);
-    for (const char* key : {"technique", "map_size", "filter", "samples", "error", "leak", "acne", "edge_median_px", "edge_p95_px",
-                            "rmse", "wall_ms", "cpu_ms", "map_bytes"})
+    for (const char* key : {"technique", "map_size", "filter", "samples", "error", "leak", "acne", "edge_median_px",
+                            "edge_p95_px", "rmse", "wall_ms", "cpu_ms", "map_bytes"})
         for (const auto& row : json["rows"]) EXPECT_TRUE(row.contains(key)) << key;
     EXPECT_TRUE(json["rows"][0]["edge_median_px"].is_null());
     EXPECT_TRUE(json["rows"][0]["filter"].is_null());
@@ -75,7 +75,8 @@ TEST(TradeReport, ThePageIsWholeAndNeedsNothingElse) {
     EXPECT_EQ(html->find("<scene>"), std::string::npos);
     EXPECT_EQ(html->find("http"), std::string::npos);
     std::size_t pictures = 0;
-    for (std::size_t at = 0; (at = html->find("data:image/png;base64,iVBOR", at)) != std::string::npos; ++at) ++pictures;
+    for (std::size_t at = 0; (at = html->find("data:image/png;base64,iVBOR", at)) != std::string::npos; ++at)
+        ++pictures;
     EXPECT_EQ(pictures, 9u);
     EXPECT_TRUE(html->ends_with("</html>\n"));
     EXPECT_EQ(html->find("nan"), std::string::npos);
@@ -89,7 +90,8 @@ TEST(TradeReport, WithoutRowsThereIsStillAPage) {
 
 class StoredTradeFile : public testing::Test {
  protected:
-    StoredTradeFile() : folder(std::filesystem::temp_directory_path() / ("umbriel-trade-" + std::to_string(::getpid()))) {
+    StoredTradeFile()
+        : folder(std::filesystem::temp_directory_path() / ("umbriel-trade-" + std::to_string(::getpid()))) {
         std::filesystem::create_directories(folder);
     }
     ~StoredTradeFile() override { std::filesystem::remove_all(folder); }
@@ -117,8 +119,9 @@ TEST_F(StoredTradeFile, IsNoneWhereThereIsNoneAndAnErrorWhereItIsBroken) {
     const auto none = readTrade(folder / "absent.umtrade.json");
     ASSERT_TRUE(none);
     EXPECT_FALSE(none->has_value());
-    for (const char* text : {"", "[]", "{", "{}", "{\"umbriel_trade\": 2}", "{\"umbriel_trade\": 1, \"scene\": \"s\", \"chosen\": {}}",
-                             "{\"umbriel_trade\": 1, \"scene\": 5, \"chosen\": {}, \"front\": []}"}) {
+    for (const char* text :
+         {"", "[]", "{", "{}", "{\"umbriel_trade\": 2}", "{\"umbriel_trade\": 1, \"scene\": \"s\", \"chosen\": {}}",
+          "{\"umbriel_trade\": 1, \"scene\": 5, \"chosen\": {}, \"front\": []}"}) {
         std::ofstream(folder / "bad.umtrade.json") << text;
         const auto bad = readTrade(folder / "bad.umtrade.json");
         ASSERT_TRUE(bad.has_error()) << text;

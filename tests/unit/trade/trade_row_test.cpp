@@ -16,13 +16,15 @@ TradeRow row(double cost, double error, double wall = -1.0) {
 }
 
 TEST(Pareto, KeepsWhatNothingBeats) {
-    const std::vector<TradeRow> rows = {row(10, 0.05), row(20, 0.01), row(15, 0.06), row(30, 0.01), row(5, 0.2), row(20, 0.02)};
+    const std::vector<TradeRow> rows = {row(10, 0.05), row(20, 0.01), row(15, 0.06),
+                                        row(30, 0.01), row(5, 0.2),   row(20, 0.02)};
     EXPECT_EQ(paretoFront(rows), (std::vector<std::size_t>{4, 0, 1}));
     EXPECT_TRUE(paretoFront({}).empty());
 }
 
 RC_GTEST_PROP(Pareto, EveryRowIsOnTheFrontOrBeatenByARowOnIt, ()) {
-    const auto numbers = *rc::gen::container<std::vector<std::pair<int, int>>>(rc::gen::pair(rc::gen::inRange(0, 12), rc::gen::inRange(0, 12)));
+    const auto numbers = *rc::gen::container<std::vector<std::pair<int, int>>>(
+        rc::gen::pair(rc::gen::inRange(0, 12), rc::gen::inRange(0, 12)));
     std::vector<TradeRow> rows;
     for (const auto& [cost, error] : numbers) rows.push_back(row(cost, error));
     const auto front = paretoFront(rows);
