@@ -289,6 +289,13 @@ Result<ShadowMode> parseShadowMode(std::string_view text) {
     return badInput(fmt::format("--shadow '{}': unknown shadow mode; this version draws 'none' and 'std'", text));
 }
 
+std::vector<std::string> drawnShadowModes() {
+    std::vector<std::string> names;
+    for (const ModeName& known : kModes)
+        if (parseShadowMode(known.brief)) names.emplace_back(known.brief);
+    return names;
+}
+
 Result<std::vector<ServerAddress>> parseServers(std::string_view text) {
     constexpr std::string_view kForm = "HOST:PORT or NAME=HOST:PORT, separated by commas, ports from 1 to 65535";
     std::vector<ServerAddress> servers;

@@ -66,6 +66,8 @@ Result<double> parseNumber(std::string_view argument, std::string_view text);
 Result<LightArgument> parseLight(std::string_view text);
 // Short or enum name, as in "std" or "STD_SHADOW_MAP"; a mode this version does not draw is refused as such.
 Result<ShadowMode> parseShadowMode(std::string_view text);
+// The short names of the modes this version draws, in the order of ShadowMode, "none" first.
+std::vector<std::string> drawnShadowModes();
 // "name=host:port,host:port": ports 1 to 65535, [::1]:7420 for IPv6.
 Result<std::vector<ServerAddress>> parseServers(std::string_view text);
 // "depth,position,normal,ids,light", as a mask of Layer; colour is always in.

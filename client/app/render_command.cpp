@@ -8,12 +8,15 @@
 #include <ostream>
 
 #include "client/app/environment_capture.h"
+#include "client/app/frame_budget.h"
 #include "client/app/held_tiles.h"
 #include "client/app/progress.h"
+#include "client/app/trade_setting.h"
 #include "client/import/load_scene.h"
 #include "client/import/procedural.h"
 #include "client/session/animation_player.h"
 #include "client/session/views.h"
+#include "client/trade/trade_choice.h"
 #include "common/base/hash.h"
 #include "common/base/log.h"
 #include "common/scene/core_types.h"
@@ -146,9 +149,16 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
         setup.stage.lights.push_back(*light);
     }
     if (const auto illumination = checkIllumination(arguments, setup.stage); !illumination) return illumination.error();
-    const auto shadow = parseShadowMode(arguments.shadow);
-    if (!shadow) return shadow.error();
-    setup.stage.shadowMode = *shadow;
+    if (arguments.shadow != "auto") {
+        const auto shadow = parseShadowMode(arguments.shadow);
+        if (!shadow) return shadow.error();
+        setup.stage.shadowMode = *shadow;
+    }
+    for (const std::string& text : arguments.shadowSet) {
+        auto field = parseFieldValue("--shadow-set", text);
+        if (!field) return field.error();
+        setup.stage.shadowFields.push_back(std::move(*field));
+    }
     if (arguments.mapSize > 16384)
         return badInput(
             fmt::format("--map-size {}: expected 1 to 16384 texels, or 0 for the largest power of two within the wall",
@@ -196,6 +206,19 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
         return badInput(fmt::format("--local {}: expected 1 to 256 servers", setup.cluster.local));
     setup.cluster.serverArguments = {"--log-level", arguments.logLevel};
     return setup;
+}
+
+Result<void> applyStoredShadows(const SceneArguments& arguments, Aspect& scene, Ref<Window> window) {
+    if (arguments.shadow != "auto") return {};
+    const auto path = tradeFileOf(arguments.scene);
+    const auto stored = readTrade(path);
+    if (!stored) return stored.error();
+    if (!*stored) return {};
+    const TradeSetting& chosen = (*stored)->chosen.setting;
+    if (const auto applied = applySetting(scene, window, chosen); !applied)
+        return badInput(fmt::format("{}: {}", path.string(), applied.error().message));
+    log::info(fmt::format("{}: shadows as chosen by umbriel trade: {}", path.string(), labelOf(chosen)));
+    return {};
 }
 
 Result<std::unique_ptr<LoadedStage>> loadStage(const std::string& scene, const TypeRegistry& types,
@@ -255,6 +278,14 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
     if (!loaded) return exitCodeOf(loaded.error());
     Aspect& scene = *(*loaded)->scene;
     const Stage& stage = (*loaded)->stage;
+    if (const auto stored = applyStoredShadows(arguments.scene, scene, stage.window); !stored)
+        return exitCodeOf(stored.error());
+    std::optional<FrameBudget> budget;
+    if (arguments.scene.frameBudget) {
+        auto begun = FrameBudget::begin(arguments.scene, scene, stage.window);
+        if (!begun) return exitCodeOf(begun.error());
+        budget.emplace(std::move(*begun));
+    }
 
     setup->cluster.serverProgram = serverProgram;
     auto cluster = Cluster::connect(setup->cluster, types, setup->tiles);
@@ -288,6 +319,10 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
             }
         }
         if (arguments.json) frames.push_back(toJson(report));
+        if (budget) {
+            if (arguments.json) frames.back()["shadow"] = labelOf(budget->setting());
+            if (const auto followed = budget->follow(report); !followed) return followed.error();
+        }
         progress.step();
         return {};
     };

@@ -26,7 +26,9 @@ struct SceneArguments {
     std::string stereo;                   // "", "left", "right", "pair"
     std::string wallSize;                 // metres, WxH
     double eyeSeparation = 0.065;         // metres
-    std::string shadow = "none";
+    std::string shadow = "auto";          // auto: what umbriel trade stored beside the scene, else none
+    std::vector<std::string> shadowSet;   // FIELD=VALUE
+    std::optional<double> frameBudget;    // milliseconds
     std::uint32_t mapSize = 512;
     std::vector<std::string> lights;
     std::string background;               // r,g,b
@@ -68,6 +70,10 @@ struct WallSetup {
     std::uint32_t samples = 1;
 };
 Result<WallSetup> checkSceneArguments(const SceneArguments& arguments);
+
+// For --shadow auto: makes the viewports draw as umbriel trade chose for this scene. Nothing when nothing was stored;
+// bad input when it cannot be read.
+Result<void> applyStoredShadows(const SceneArguments& arguments, Aspect& scene, Ref<Window> window);
 
 // A loaded scene with its stage, ready for frames.
 struct LoadedStage {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "client/app/frame_budget.h"
 #include "client/app/held_tiles.h"
 #include "client/app/orbit.h"
 #include "client/app/window.h"
@@ -95,6 +96,14 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
     if (!loaded) return exitCodeOf(loaded.error());
     Aspect& scene = *(*loaded)->scene;
     Stage& stage = (*loaded)->stage;
+    if (const auto stored = applyStoredShadows(sceneArguments, scene, stage.window); !stored)
+        return exitCodeOf(stored.error());
+    std::optional<FrameBudget> budget;
+    if (sceneArguments.frameBudget) {
+        auto begun = FrameBudget::begin(sceneArguments, scene, stage.window);
+        if (!begun) return exitCodeOf(begun.error());
+        budget.emplace(std::move(*begun));
+    }
     setup->cluster.serverProgram = serverProgram;
     auto cluster = Cluster::connect(setup->cluster, types, setup->tiles);
     if (!cluster) return exitCodeOf(cluster.error());
@@ -128,6 +137,8 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
         views->views.samples = setup->samples;
         auto report = (*cluster)->frame(scene, views->views, time, true);
         if (!report) return exitCodeOf(report.error());
+        if (budget)
+            if (const auto followed = budget->follow(*report); !followed) return exitCodeOf(followed.error());
         held.take(std::move(report->tiles));
         if (report->frame > 0) (*window)->show(assembleWall(setup->wall, held.all(), Eye::Mono).rgba);
 

@@ -11,6 +11,7 @@
 #include "client/app/hdr_command.h"
 #include "client/app/models_command.h"
 #include "client/app/render_command.h"
+#include "client/app/trade_command.h"
 #include "client/app/view_command.h"
 #include "client/import/import_child.h"
 #include "common/base/log.h"
@@ -29,7 +30,7 @@ std::filesystem::path serverBesideThisProgram() {
 void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command
         .add_option("SCENE", arguments.scene,
-                    "a .gltf, .glb or .obj file, or demo:city, demo:car, demo:cloth, demo:spheres?n=N, demo:torus?n=N")
+                    "a .gltf, .glb or .obj file, or demo:city, demo:car, demo:cloth, demo:palms, demo:spheres?n=N, demo:torus?n=N")
         ->required();
     command.add_option("--servers", arguments.servers, "servers that run already: HOST:PORT or NAME=HOST:PORT, separated by commas");
     command.add_option("--local", arguments.local, "start this many servers on this machine (default: one per tile, at most 16)");
@@ -43,7 +44,12 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command.add_option("--stereo", arguments.stereo, "left, right or pair: off-axis eyes before the wall; pairs go to x.left, x.right");
     command.add_option("--wall-size", arguments.wallSize, "of the wall in metres, WxH; with the field of view it gives the distance");
     command.add_option("--eye-separation", arguments.eyeSeparation, "metres between the eyes")->capture_default_str();
-    command.add_option("--shadow", arguments.shadow, "shadow mode: none, std")->capture_default_str();
+    command.add_option("--shadow", arguments.shadow, "shadow mode; auto: what umbriel trade stored for the scene, else none")
+        ->capture_default_str();
+    command.add_option("--frame-budget", arguments.frameBudget,
+                       "milliseconds: steps along the front that umbriel trade stored for the scene, all servers together");
+    command.add_option("--shadow-set", arguments.shadowSet, "FIELD=VALUE: any field of the viewport, as in offBias=0.5; repeatable")
+        ->allow_extra_args(false);
     command.add_option("--map-size", arguments.mapSize, "shadow map size in texels; 0: the largest power of two within the wall")
         ->capture_default_str();
     command
@@ -144,6 +150,7 @@ int main(int argc, char** argv) {
                "  umbriel render scene.glb --servers left=render1:7420,right=render2:7420 --grid 2x1 --out wall.exr\n"
                "  umbriel compare wall.exr one.exr --json\n"
                "  umbriel view demo:car\n"
+               "  umbriel trade demo:palms --out palms.html\n"
                "  umbriel check dress.obj\n"
                "  umbriel bake dress.obj --size 32 --out dress.umvis\n"
                "  umbriel doctor\n"
@@ -163,6 +170,28 @@ int main(int argc, char** argv) {
     renderCommand->add_flag("--json", render.json, "print what was done and measured as JSON");
     renderCommand->add_flag("--explain", render.explain, "print each server's frame plan: passes, shader variants, bytes");
     renderCommand->footer("Example: umbriel render demo:car --grid 3x1 --size 1920x540 --shadow std --frames 25 --out car.%04d.exr");
+
+    TradeArguments trade;
+    CLI::App* tradeCommand = app.add_subcommand("trade", "what each shadow technique costs on a scene, and how wrong it is");
+    addSceneOptions(*tradeCommand, trade.scene);
+    tradeCommand->get_option("SCENE")->required(false);
+    tradeCommand->add_option("--techniques", trade.techniques, "shadow modes, separated by commas, each with :scene or :per-view for another fit (default: all)");
+    tradeCommand->add_option("--map-sizes", trade.mapSizes, "texels, separated by commas")->capture_default_str();
+    tradeCommand->add_option("--filters", trade.filters, "filter widths of pcf, separated by commas (default: its own)");
+    tradeCommand->add_option("--filter-samples", trade.samples, "samples a row of pcf and ppcf, separated by commas (default: their own)");
+    tradeCommand->add_option("--frames", trade.frames, "timed frames for each setting")->capture_default_str();
+    tradeCommand->add_option("--light-size", trade.lightSize, "of all lights, metres, of directional ones radians: soft truth");
+    tradeCommand->add_option("--light-samples", trade.lightSamples, "rays to such a light")->capture_default_str();
+    tradeCommand->add_option("--judge", trade.judge, "only surfaces of nodes with this name, or below one: for planar shadows");
+    tradeCommand->add_flag("--both-sides", trade.bothSides, "judge surfaces lit from behind as if light shone through");
+    tradeCommand->add_option("--flicker", trade.flicker, "frames of a slow move over which flicker is measured; 0: none")->capture_default_str();
+    tradeCommand->add_option("--max-error", trade.maxError, "choose the cheapest setting whose error is at most this share, as in 0.005");
+    tradeCommand->add_option("--budget", trade.budget, "choose the most accurate setting whose frames take at most this many milliseconds");
+    tradeCommand->add_flag("--store", trade.store, "store the choice and the front beside the scene (SCENE.umtrade.json), for render and view");
+    tradeCommand->add_option("--preset", trade.preset, "an experiment instead of a sweep:\n" + tradePresets());
+    tradeCommand->add_option("--out", trade.out, ".csv, .json or .html; repeatable")->allow_extra_args(false);
+    tradeCommand->add_flag("--json", trade.json, "print JSON");
+    tradeCommand->footer("Example: umbriel trade demo:palms --techniques std,lisp --map-sizes 512,1024 --max-error 0.01 --out palms.html");
 
     ViewArguments view;
     CLI::App* viewCommand = app.add_subcommand("view", "look at a scene in a window");
@@ -258,6 +287,15 @@ int main(int argc, char** argv) {
     if (*viewCommand) {
         if (!setLogLevel(view.scene.logLevel)) return 2;
         return runView(view, serverBesideThisProgram());
+    }
+    if (trade.scene.quiet) trade.scene.logLevel = "error";
+    if (*tradeCommand) {
+        if (!setLogLevel(trade.scene.logLevel)) return 2;
+        if (trade.scene.scene.empty() && trade.preset.empty()) {
+            std::cerr << "error: SCENE is missing: umbriel trade SCENE, or --preset NAME\n";
+            return 2;
+        }
+        return runTrade(trade, serverBesideThisProgram(), std::cout);
     }
     if (*checkCommand) return runCheck(check, std::cout, std::cerr);
     if (*bakeMergeCommand) return runBakeMerge(bakeMerge, std::cout, std::cerr);

@@ -112,6 +112,7 @@ class ConnectedCluster final : public Cluster {
         report.changeBytes = encoded.bytes();
         outgoing.number = _frameNumber;
         outgoing.wantPixels = wantPixels;
+        outgoing.wantCost = _wantCost;
         outgoing.fromNothing = first;
         outgoing.time = time;
         outgoing.changes = std::move(encoded.parts);
@@ -138,6 +139,8 @@ class ConnectedCluster final : public Cluster {
         if (!report) return report.error();
         return std::optional<FrameReport>(std::move(*report));
     }
+
+    void measureCost(bool on) override { _wantCost = on; }
 
     Result<std::vector<std::string>> explain() override {
         std::vector<std::string> texts;
@@ -265,6 +268,11 @@ class ConnectedCluster final : public Cluster {
             server.viewBytes = outcome.viewBytes;
             server.drawMilliseconds = outcome.ready.drawMilliseconds;
             server.waitMilliseconds = toMilliseconds(outcome.wait);
+            if (outcome.ready.cost) {
+                server.cpuMilliseconds = outcome.ready.cost->cpuMilliseconds;
+                server.gpuMilliseconds = outcome.ready.cost->gpuMilliseconds;
+                server.shadowMapBytes = outcome.ready.cost->shadowMapBytes;
+            }
             server.triangles = outcome.ready.triangles;
             server.shadowTriangles = outcome.ready.shadowTriangles;
             server.digest = outcome.ready.digest;
@@ -399,6 +407,7 @@ class ConnectedCluster final : public Cluster {
     std::thread _network;
 
     std::deque<protocol::ClusterClient::Finished> _finished;
+    bool _wantCost = false;
     std::string _lastIncident;
     std::uint64_t _frameNumber = 0;
     std::deque<FrameReport> _reports;  // of frames under way

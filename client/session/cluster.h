@@ -47,6 +47,11 @@ struct ServerReport {
     std::uint64_t viewBytes = 0;  // of these, views and fits
     double drawMilliseconds = 0.0;
     double waitMilliseconds = 0.0;  // from ready until the swap left for it
+    // When asked for by measureCost(): all of its threads while it drew, a software renderer's with them; by a timer
+    // query, 0 where there is no honest one; bytes it holds for shadow maps.
+    double cpuMilliseconds = 0.0;
+    double gpuMilliseconds = 0.0;
+    std::uint64_t shadowMapBytes = 0;
     std::uint64_t triangles = 0;
     std::uint64_t shadowTriangles = 0;
     std::uint64_t digest = 0;
@@ -86,6 +91,9 @@ class Cluster {
 
     // With latency 1: waits for the frame that is still drawn. Nothing when there is none.
     virtual Result<std::optional<FrameReport>> finish() = 0;
+
+    // Whether the reports of the frames from now on say what they cost the servers; 2 to 14 bytes more for each answer.
+    virtual void measureCost(bool on) = 0;
 
     // Every server's frame plan as text, after a frame; empty for a server that is late or lost.
     virtual Result<std::vector<std::string>> explain() = 0;

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "client/trade/texture_alpha.h"
+#include "common/scene/deformed_bounds.h"
 #include "common/scene/materials.h"
 
 namespace umbriel {
@@ -45,6 +46,41 @@ struct Holes {
         return mask.alpha * vertex * mask.texture.at(texCoord) >= mask.cutoff;
     }
 };
+
+// Where a node's vertices are: morphed, then skinned (server/draw/deformer.h does it in float), or placed.
+std::vector<glm::dvec3> worldPositions(const Aspect& scene, const Hierarchy& hierarchy, const VisitedNode& visited,
+                                       const Geometry& geometry, const DeformedGeometry* deformed) {
+    std::vector<glm::dvec3> positions;
+    for (const glm::vec3& p : geometry.positions.toVector()) positions.emplace_back(p);
+    const std::size_t vertices = positions.size();
+    const Skin* skin = deformed ? scene.find(deformed->skin.get()) : nullptr;
+    if (deformed) {
+        const std::vector<float> weights = morphWeightsOf(scene, *deformed, morphTargetsOf(geometry));
+        const std::vector<glm::vec3> deltas = geometry.morphPositions.toVector();
+        for (std::size_t t = 0; t < weights.size(); ++t)
+            for (std::size_t v = 0; v < vertices; ++v)
+                positions[v] += static_cast<double>(weights[t]) * glm::dvec3(deltas[t * vertices + v]);
+    }
+    const std::vector<VertexJoints> joints =
+        skin ? vertexJointsOf(geometry, skin->joints.size()) : std::vector<VertexJoints>();
+    if (joints.size() != vertices || joints.empty()) {
+        for (glm::dvec3& p : positions) p = visited.worldFromNode.point(p);
+        return positions;
+    }
+    std::vector<Affine> worldFromJoint;
+    for (const Ref<Node>& joint : skin->joints.toVector())
+        worldFromJoint.push_back(hierarchy.worldFromNode(scene, joint));
+    const glm::dvec3 anchor = worldFromJoint.front().translation;
+    const std::vector<Affine> maps = jointMapsOf(*skin, worldFromJoint, anchor);
+    for (std::size_t v = 0; v < vertices; ++v) {
+        glm::dvec3 sum(0.0);
+        for (std::size_t k = 0; k < kJointsPerVertex; ++k)
+            if (joints[v].weights[k] > 0.0f)
+                sum += static_cast<double>(joints[v].weights[k]) * maps[joints[v].joints[k]].point(positions[v]);
+        positions[v] = anchor + sum;
+    }
+    return positions;
+}
 
 TruthLight describe(const Aspect& scene, const LightInEffect& effect) {
     TruthLight light;
@@ -87,8 +123,14 @@ Result<std::unique_ptr<ShadowScene>> ShadowScene::create(const Aspect& scene, Re
             lightOf[visited.ref.id] = result->_lights.size();
             result->_lights.push_back(describe(scene, *effect));
         }
-        if (!visited.core || !isA<Geometry>(*visited.core)) return Descend::Yes;
-        const auto& geometry = static_cast<const Geometry&>(*visited.core);
+        if (!visited.core) return Descend::Yes;
+        const auto* deformed =
+            isA<DeformedGeometry>(*visited.core) ? static_cast<const DeformedGeometry*>(visited.core) : nullptr;
+        const auto* drawn = deformed                       ? scene.find(deformed->geometry.get())
+                            : isA<Geometry>(*visited.core) ? static_cast<const Geometry*>(visited.core)
+                                                           : nullptr;
+        if (!drawn) return Descend::Yes;
+        const Geometry& geometry = *drawn;
 
         Instance instance;
         instance.firstTriangle = static_cast<std::uint32_t>(corners.size());
@@ -122,17 +164,18 @@ Result<std::unique_ptr<ShadowScene>> ShadowScene::create(const Aspect& scene, Re
         }
 
         const auto first = static_cast<std::uint32_t>(positions.size());
-        const std::vector<glm::vec3> own = geometry.positions.toVector();
+        const std::vector<glm::dvec3> own = worldPositions(scene, hierarchy, visited, geometry, deformed);
         const std::vector<std::uint32_t> indices = geometry.indices.toVector();
         if (positions.size() + own.size() > 0xfffffff0u || corners.size() + indices.size() / 3 > 0xfffffff0u) {
             tooMany = true;
             return Descend::No;
         }
-        for (const glm::vec3& p : own) positions.push_back(visited.worldFromNode.point(glm::dvec3(p)));
+        positions.insert(positions.end(), own.begin(), own.end());
         std::vector<glm::vec2> texCoords;
         std::vector<glm::vec4> colours;
         if (masked) {
-            texCoords = (holes->masks[mask].texture.texCoordSet() == 0 ? geometry.texCoords0 : geometry.texCoords1).toVector();
+            texCoords =
+                (holes->masks[mask].texture.texCoordSet() == 0 ? geometry.texCoords0 : geometry.texCoords1).toVector();
             colours = geometry.colours.toVector();
         }
         for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
@@ -161,9 +204,11 @@ Result<std::unique_ptr<ShadowScene>> ShadowScene::create(const Aspect& scene, Re
         return Descend::Yes;
     });
     if (tooMany) return badInput("the scene has too many vertices for rays: 2^32 at most");
-    if (collides) return badInput("two drawn nodes have ids with the same low 32 bits: the layer of ids cannot tell them apart");
+    if (collides)
+        return badInput("two drawn nodes have ids with the same low 32 bits: the layer of ids cannot tell them apart");
     if (result->_lights.size() > kMaxLights)
-        return badInput(fmt::format("the scene has {} lights; shadows of at most {} are judged", result->_lights.size(), kMaxLights));
+        return badInput(fmt::format("the scene has {} lights; shadows of at most {} are judged", result->_lights.size(),
+                                    kMaxLights));
     auto rays = trace::OcclusionScene::create(
         positions, corners, std::move(mayHaveHoles),
         [holes](std::uint32_t triangle, double u, double v) { return holes->isSolid(triangle, u, v); });

@@ -34,9 +34,9 @@ struct TruthLight {
 class ShadowScene {
  public:
     struct Options {
-        std::vector<Ref<Node>> excludeNodes;   // nothing below them casts
-        std::vector<Ref<Node>> lightNodes;     // none: all lights
-        std::optional<glm::dvec3> eyeWorld;    // chooses levels of detail
+        std::vector<Ref<Node>> excludeNodes;  // nothing below them casts
+        std::vector<Ref<Node>> lightNodes;    // none: all lights
+        std::optional<glm::dvec3> eyeWorld;   // chooses levels of detail
     };
     static Result<std::unique_ptr<ShadowScene>> create(const Aspect& scene, Ref<Node> root, const Options& options);
 

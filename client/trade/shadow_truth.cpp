@@ -15,7 +15,8 @@ using Ray = OcclusionScene::Ray;
 // Rows are given out one by one; what happens in a row depends on nothing else.
 template <class Row>
 void forEachRow(int rows, int threads, const Row& row) {
-    const int count = std::min(rows, threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+    const int count =
+        std::min(rows, threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
     std::atomic<int> next = 0;
     const auto work = [&] {
         for (int y = next++; y < rows; y = next++) row(y);
@@ -40,7 +41,8 @@ glm::dvec2 onDisc(double x, double y) {
     if (a == 0.0 && b == 0.0) return glm::dvec2(0.0);
     const bool wide = std::abs(a) > std::abs(b);
     const double radius = wide ? a : b;
-    const double angle = wide ? 0.25 * std::numbers::pi * (b / a) : 0.5 * std::numbers::pi - 0.25 * std::numbers::pi * (a / b);
+    const double angle =
+        wide ? 0.25 * std::numbers::pi * (b / a) : 0.5 * std::numbers::pi - 0.25 * std::numbers::pi * (a / b);
     return {radius * std::cos(angle), radius * std::sin(angle)};
 }
 
@@ -101,7 +103,8 @@ std::vector<float> shadowTruth(const ShadowScene& scene, const SurfacePoints& po
         std::vector<Ray> rays(strata.size());
         std::vector<std::uint8_t> hits(strata.size());
         for (int x = 0; x < points.width; ++x) {
-            const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(points.width) + static_cast<std::size_t>(x);
+            const std::size_t i =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(points.width) + static_cast<std::size_t>(x);
             if (!points.covered(i)) continue;
             const std::uint32_t own = scene.triangleOf(points.nodes[i], points.primitives[i]);
             const glm::dvec3 origin = originOf(scene, points, i, own);
@@ -113,7 +116,8 @@ std::vector<float> shadowTruth(const ShadowScene& scene, const SurfacePoints& po
             if (!(glm::length(middle.direction) > 0.0)) continue;
             const Axes axes = across(middle.direction);
             for (std::size_t k = 0; k < strata.size(); ++k) {
-                const double u = (strata[k].x + hashed(i, 2 * k)) / side, v = (strata[k].y + hashed(i, 2 * k + 1)) / side;
+                const double u = (strata[k].x + hashed(i, 2 * k)) / side,
+                             v = (strata[k].y + hashed(i, 2 * k + 1)) / side;
                 rays[k] = toSample(light, middle, axes, onDisc(u, v));
             }
             const auto count = [&](std::size_t first, std::size_t end) {
@@ -148,7 +152,8 @@ std::vector<std::uint8_t> judgedPixels(const ShadowScene& scene, const SurfacePo
         if (options.bothSides) cosine = std::abs(cosine);
         if (!(cosine >= options.smallestCosine)) continue;
         if (light.kind != LightKind::Directional && light.range > 0.0 && distance >= light.range) continue;
-        if (light.kind == LightKind::Spot && glm::dot(-toLight, light.directionWorld) <= light.cosOuter * distance) continue;
+        if (light.kind == LightKind::Spot && glm::dot(-toLight, light.directionWorld) <= light.cosOuter * distance)
+            continue;
         judged[i] = 1;
     }
     return judged;
@@ -161,8 +166,8 @@ std::vector<std::uint8_t> pixelsOf(const SurfacePoints& points, const std::vecto
     return mask;
 }
 
-BeyondTexel beyondTexel(const ShadowScene& scene, const SurfacePoints& points, std::size_t lightIndex, const ShadowFit& fit,
-                        const std::vector<float>& truth, const std::vector<float>& result,
+BeyondTexel beyondTexel(const ShadowScene& scene, const SurfacePoints& points, std::size_t lightIndex,
+                        const ShadowFit& fit, const std::vector<float>& truth, const std::vector<float>& result,
                         const std::vector<std::uint8_t>& judged, double texels, int threads) {
     constexpr int kDirections = 16;
     const TruthLight& light = scene.lights()[lightIndex];
@@ -171,7 +176,8 @@ BeyondTexel beyondTexel(const ShadowScene& scene, const SurfacePoints& points, s
     const glm::dmat4 clipFromRelative = fit.clipFromWorld * glm::translate(glm::dmat4(1.0), points.eyeWorld);
     forEachRow(points.height, threads, [&](int y) {
         for (int x = 0; x < points.width; ++x) {
-            const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(points.width) + static_cast<std::size_t>(x);
+            const std::size_t i =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(points.width) + static_cast<std::size_t>(x);
             if (!judged[i] || (truth[i] < 0.5f) == (result[i] < 0.5f)) continue;
             const std::uint32_t own = scene.triangleOf(points.nodes[i], points.primitives[i]);
             const glm::dvec3 origin = originOf(scene, points, i, own);

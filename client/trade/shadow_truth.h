@@ -16,15 +16,15 @@ struct TruthOptions {
 };
 
 // The share of the light that arrives at each surface point (1 all, 0 none), by rays from the very point the renderer
-// shaded, put back onto the plane of its triangle in double; that triangle is skipped. A light without a radius gets one
-// ray, another lightSamplesPerSide^2 over the disc that faces the point, all weighing the same. 1 in the background and
-// for a light that casts no shadow.
+// shaded, put back onto the plane of its triangle in double; that triangle is skipped. A light without a radius gets
+// one ray, another lightSamplesPerSide^2 over the disc that faces the point, all weighing the same. 1 in the background
+// and for a light that casts no shadow.
 std::vector<float> shadowTruth(const ShadowScene& scene, const SurfacePoints& points, std::size_t light,
                                const TruthOptions& options = {});
 
 struct JudgedOptions {
-    double smallestCosine = 0.1;            // of the angle between geometric normal and light
-    bool bothSides = false;                 // a light behind the surface is judged as if it shone through
+    double smallestCosine = 0.1;                      // of the angle between geometric normal and light
+    bool bothSides = false;                           // a light behind the surface is judged as if it shone through
     const std::vector<std::uint8_t>* only = nullptr;  // nodes' own mask, by pixel; null: all
 };
 // 1 where a pixel of this light is judged: covered, the light above it in the scene graph and within range and cone,
@@ -36,8 +36,8 @@ std::vector<std::uint8_t> judgedPixels(const ShadowScene& scene, const SurfacePo
 std::vector<std::uint8_t> pixelsOf(const SurfacePoints& points, const std::vector<std::uint32_t>& nodes);
 
 // Of the pixels where result and truth are on different sides of 1/2, those where no edge of the true shadow passes
-// within `texels` texels of this map on the receiver's plane: acne and leaks that no map of this size excuses. Probed by
-// 32 rays each.
+// within `texels` texels of this map on the receiver's plane: acne and leaks that no map of this size excuses. Probed
+// by 32 rays each.
 struct BeyondTexel {
     std::uint64_t leaks = 0;
     std::uint64_t acne = 0;

@@ -29,7 +29,8 @@ Result<SurfacePoints> surfacePoints(const LayeredImage& picture, const View& vie
     const FloatImage* position = picture.floatLayer("position");
     const FloatImage* normal = picture.floatLayer("normal");
     const UintImage* ids = picture.uintLayer("ids");
-    if (!depth || !position || !normal || !ids) return failure("the servers sent no layers depth, position, normal and ids");
+    if (!depth || !position || !normal || !ids)
+        return failure("the servers sent no layers depth, position, normal and ids");
     SurfacePoints points;
     points.width = picture.width();
     points.height = picture.height();
@@ -56,8 +57,8 @@ std::vector<std::uint8_t> silhouettes(const SurfacePoints& points) {
     std::vector<std::uint8_t> marked(points.size(), 0);
     for (int y = 0; y < points.height; ++y)
         for (int x = 0; x < points.width; ++x) {
-            const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(points.width) +
-                                  static_cast<std::size_t>(x);
+            const std::size_t i =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(points.width) + static_cast<std::size_t>(x);
             if (!points.covered(i)) continue;
             const glm::dvec3 p(points.relative[i]), n(points.normals[i]);
             for (int dy = -1; dy <= 1 && !marked[i]; ++dy)
@@ -96,7 +97,8 @@ std::vector<std::uint8_t> depthZones(const SurfacePoints& points, const std::vec
     const float third = (farthest - nearest) / 3.0f;
     for (std::size_t i = 0; i < points.size(); ++i)
         if (marked[i])
-            zones[i] = static_cast<std::uint8_t>(third > 0.0f ? std::min(2, static_cast<int>((points.depths[i] - nearest) / third)) : 0);
+            zones[i] = static_cast<std::uint8_t>(
+                third > 0.0f ? std::min(2, static_cast<int>((points.depths[i] - nearest) / third)) : 0);
     return zones;
 }
 

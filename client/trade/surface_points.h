@@ -17,10 +17,10 @@ struct SurfacePoints {
     glm::dvec3 eyeWorld{0.0};
     glm::dvec3 forwardWorld{0, 0, -1};  // unit, along the view
     bool isOrthographic = false;
-    std::vector<glm::vec3> relative;     // to the eye, world axes, metres
-    std::vector<glm::vec3> normals;      // geometric, facing the viewer, unit
-    std::vector<float> depths;           // along the view, metres; 0: background
-    std::vector<std::uint32_t> nodes;    // low 32 bits of ids; ~0: background
+    std::vector<glm::vec3> relative;   // to the eye, world axes, metres
+    std::vector<glm::vec3> normals;    // geometric, facing the viewer, unit
+    std::vector<float> depths;         // along the view, metres; 0: background
+    std::vector<std::uint32_t> nodes;  // low 32 bits of ids; ~0: background
     std::vector<std::uint32_t> primitives;
 
     std::size_t size() const { return depths.size(); }

@@ -29,6 +29,7 @@ struct PngContext {
     char message[160] = "";
     std::FILE* input = nullptr;
     AtomicFile* output = nullptr;
+    std::vector<std::uint8_t>* memory = nullptr;  // instead of a file
 };
 
 void onError(png_structp png, png_const_charp message) {
@@ -41,6 +42,10 @@ void onWarning(png_structp, png_const_charp) {}  // libpng goes on with a sound 
 
 void onWrite(png_structp png, png_bytep bytes, png_size_t count) {
     auto* context = static_cast<PngContext*>(png_get_io_ptr(png));
+    if (context->memory != nullptr) {
+        context->memory->insert(context->memory->end(), bytes, bytes + count);
+        return;
+    }
     if (!context->output->write(std::as_bytes(std::span(bytes, count)))) {
         png_error(png, "write failed");  // commit() knows why
     }
@@ -189,6 +194,22 @@ Result<void> writePngBytes(const std::filesystem::path& path, int width, int hei
                                  ? (*file)->commit()
                                  : failure(fmt::format("cannot write '{}': {}", path.string(), context.message));
     return committed;
+}
+
+Result<std::vector<std::uint8_t>> encodePng(int width, int height, int channels, std::span<const std::uint8_t> samples) {
+    UMBRIEL_ASSERT(channels == 3 || channels == 4, "a PNG of ours has three or four channels");
+    UMBRIEL_ASSERT(width > 0 && height > 0 && samples.size() == static_cast<std::size_t>(width) *
+                                                                    static_cast<std::size_t>(height) *
+                                                                    static_cast<std::size_t>(channels),
+                   "samples do not fill the picture");
+    std::vector<std::uint8_t> bytes;
+    PngContext context;
+    context.memory = &bytes;
+    const WriteStructs structs(context);
+    if (structs.info == nullptr || !writeRows(structs.png, structs.info, context, width, height, channels, samples.data())) {
+        return failure(fmt::format("cannot encode a PNG: {}", context.message));
+    }
+    return bytes;
 }
 
 Result<void> writePng(const std::filesystem::path& path, const FloatImage& rgba, const PngOptions& options) {

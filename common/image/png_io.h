@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <span>
+#include <vector>
 
 #include "common/base/result.h"
 #include "common/image/image.h"
@@ -25,6 +26,9 @@ Result<void> writePng(const std::filesystem::path& path, const FloatImage& rgba,
 // Writes bytes that are encoded already, top row first, interleaved; `channels` 3 (RGB) or 4 (RGBA, straight alpha).
 Result<void> writePngBytes(const std::filesystem::path& path, int width, int height, int channels,
                            std::span<const std::uint8_t> samples);
+
+// The bytes of such a file. A picture that is not empty (asserted).
+Result<std::vector<std::uint8_t>> encodePng(int width, int height, int channels, std::span<const std::uint8_t> samples);
 
 // Reads 1 to 16 bits per channel, grey, palette or colour, with or without alpha, into linear floats premultiplied by
 // alpha. Samples are taken as sRGB whatever gAMA, cHRM or ICC chunks say. Sizes beyond the limits are refused before

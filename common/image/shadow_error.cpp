@@ -19,7 +19,9 @@ void check(const ShadowFactors& factors) {
                    "factors are of one picture");
 }
 
-bool isLit(float factor) { return factor >= 0.5F; }
+bool isLit(float factor) {
+    return factor >= 0.5F;
+}
 
 // The borders between pixels on a grid of twice the resolution: pixel (x, y) is at (2x, 2y).
 struct Borders {
@@ -63,8 +65,8 @@ ShadowError shadowError(const ShadowFactors& factors, const ShadowErrorOptions& 
     std::uint64_t wrong = 0;
     for (int y = 0; y < factors.height; ++y)
         for (int x = 0; x < factors.width; ++x) {
-            const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(factors.width) +
-                                  static_cast<std::size_t>(x);
+            const std::size_t i =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(factors.width) + static_cast<std::size_t>(x);
             if (factors.judged[i] == 0) continue;
             ++error.judged;
             const double difference = static_cast<double>(factors.result[i]) - static_cast<double>(factors.truth[i]);
@@ -130,7 +132,8 @@ SeamJump seamJump(const ShadowFactors& factors, int columns, int rows) {
     for (int column = 1; column < columns; ++column) {
         const auto x = static_cast<std::size_t>(std::int64_t{column} * factors.width / columns);
         if (x == 0 || x >= width) continue;
-        for (std::size_t y = 0; y < static_cast<std::size_t>(factors.height); ++y) compare(y * width + x - 1, y * width + x);
+        for (std::size_t y = 0; y < static_cast<std::size_t>(factors.height); ++y)
+            compare(y * width + x - 1, y * width + x);
     }
     for (int row = 1; row < rows; ++row) {
         const auto fromBelow = std::int64_t{row} * factors.height / rows;
@@ -145,9 +148,9 @@ SeamJump seamJump(const ShadowFactors& factors, int columns, int rows) {
 SurfaceChange surfaceChange(std::span<const float> first, std::span<const float> second,
                             std::span<const std::uint32_t> matches, std::span<const std::uint8_t> judgedFirst,
                             std::span<const std::uint8_t> judgedSecond) {
-    UMBRIEL_ASSERT(matches.size() == first.size() && judgedFirst.size() == first.size() &&
-                       judgedSecond.size() == second.size(),
-                   "a match for each pixel");
+    UMBRIEL_ASSERT(
+        matches.size() == first.size() && judgedFirst.size() == first.size() && judgedSecond.size() == second.size(),
+        "a match for each pixel");
     SurfaceChange change;
     double sum = 0.0;
     std::uint64_t changed = 0;

@@ -45,11 +45,11 @@ struct ShadowError {
 };
 ShadowError shadowError(const ShadowFactors& factors, const ShadowErrorOptions& options = {});
 
-// Distances in pixels between where the two cross 1/2: from each place in either to the nearest in the other. A place is
-// the border between two judged neighbours on different sides, so distances come in steps of half a pixel and an edge
-// that has not moved is at 0.
+// Distances in pixels between where the two cross 1/2: from each place in either to the nearest in the other. A place
+// is the border between two judged neighbours on different sides, so distances come in steps of half a pixel and an
+// edge that has not moved is at 0.
 struct ShadowEdges {
-    std::uint64_t inTruth = 0;   // places
+    std::uint64_t inTruth = 0;  // places
     std::uint64_t inResult = 0;
     // Infinite when only one of them has an edge.
     Spread distance;

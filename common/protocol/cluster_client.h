@@ -58,6 +58,7 @@ struct SceneSnapshot {
 struct OutgoingFrame {
     std::uint64_t number = 0;  // counts from 1 without gaps
     bool wantPixels = false;
+    bool wantCost = false;     // outcomes say what the frame cost each server
     bool fromNothing = false;  // the changes are a snapshot, for every server
     double time = 0.0;
     wire::Bytes views;                      // encodeViews

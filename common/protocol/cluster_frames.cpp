@@ -118,6 +118,7 @@ std::shared_ptr<const wire::Bytes> ClusterClient::frameMessage(Running& running,
     wire::Frame message;
     message.number = running.frame.number;
     message.wantPixels = running.frame.wantPixels;
+    message.wantCost = running.frame.wantCost;
     message.fromNothing = fromNothing;
     if (withTime) message.time = running.frame.time;
     if (withViews) message.views = running.frame.views;

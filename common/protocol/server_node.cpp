@@ -226,6 +226,7 @@ Result<void> ServerNode::frame(std::span<const std::byte> payload) {
         if (const auto added = addChanges(frame->changes); !added) return added.error();
     request.number = frame->number;
     request.wantPixels = frame->wantPixels;
+    request.wantCost = frame->wantCost;
     request.fromNothing = frame->fromNothing;
     request.time = *_session->time;
     request.changes = std::exchange(_session->changes, {});

@@ -32,6 +32,7 @@ struct Assigned {
 struct FrameRequested {
     std::uint64_t number = 0;
     bool wantPixels = false;
+    bool wantCost = false;  // in Ready
     bool fromNothing = false;
     double time = 0.0;
     std::optional<WallViews> views;  // when they changed

@@ -12,8 +12,8 @@
 namespace umbriel::trace {
 namespace {
 
-// In units of the box, whose diagonal is 1 to 2. Rays start this much behind their origin, so that no rounding in Embree
-// (about 1e-7 here) hides a triangle that begins right at it.
+// In units of the box, whose diagonal is 1 to 2. Rays start this much behind their origin, so that no rounding in
+// Embree (about 1e-7 here) hides a triangle that begins right at it.
 constexpr double kStartBehind = 4e-6;
 // Nearer hits are decided in double; Embree's rounding is far below.
 constexpr double kDecidedInDouble = 1e-4;
@@ -84,8 +84,8 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
         const bool isNear = distance < kDecidedInDouble;
         const bool endsNear = std::abs(distance - query.farDistances[lane]) < kDecidedInDouble;
         if (isNear || endsNear) {
-            const auto exact = hitDistance(direction, corners[0] - query.origin, corners[1] - query.origin,
-                                           corners[2] - query.origin);
+            const auto exact =
+                hitDistance(direction, corners[0] - query.origin, corners[1] - query.origin, corners[2] - query.origin);
             if ((!exact && isNear) || (exact && (*exact <= scene.notSelf || *exact >= query.farDistances[lane]))) {
                 arguments->valid[i] = 0;
                 continue;
@@ -104,11 +104,14 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
 OcclusionScene::OcclusionScene(std::unique_ptr<Scene> scene) : _scene(std::move(scene)) {}
 OcclusionScene::~OcclusionScene() = default;
 
-std::size_t OcclusionScene::triangleCount() const { return _scene->corners.size(); }
+std::size_t OcclusionScene::triangleCount() const {
+    return _scene->corners.size();
+}
 
 Result<std::unique_ptr<OcclusionScene>> OcclusionScene::create(std::span<const glm::dvec3> positions,
                                                                std::span<const glm::uvec3> corners,
-                                                               std::vector<std::uint8_t> mayHaveHoles, IsSolid isSolid) {
+                                                               std::vector<std::uint8_t> mayHaveHoles,
+                                                               IsSolid isSolid) {
     UMBRIEL_ASSERT(mayHaveHoles.empty() || (mayHaveHoles.size() == corners.size() && isSolid),
                    "holes are of triangles, and somebody knows where");
     auto scene = std::make_unique<Scene>();

@@ -24,7 +24,7 @@ constexpr MessageRule kRules[kMessageTypes] = {
     {"Assign",       64 * kKiB,                   kYes, kNo,  kYes, kNo},
     {"Changes",      kChunkBytes,                 kYes, kNo,  kYes, kNo},
     {"Frame",        kMaxViewBytes + kMaxInlineChangeBytes + 64, kYes, kNo, kYes, kNo},
-    {"Ready",        27,                          kNo,  kYes, kYes, kNo},
+    {"Ready",        41,                          kNo,  kYes, kYes, kNo},
     {"Swap",         10,                          kYes, kNo,  kYes, kNo},
     {"Failed",       4 * kKiB,                    kNo,  kYes, kYes, kNo},
     {"BlobWanted",   64 * kKiB + 8,               kYes, kYes, kYes, kNo},
@@ -85,8 +85,15 @@ std::string readLabel(Reader& reader, std::size_t limit) {
 
 constexpr std::uint64_t kMaxReadyTriangles = (std::uint64_t{1} << 35) - 1;  // 5 bytes as varint
 constexpr std::uint64_t kMaxReadyTime = (std::uint64_t{1} << 21) - 1;       // 3 bytes, steps of 10 microseconds
+constexpr std::uint64_t kMaxCostTime = (std::uint64_t{1} << 25) - 1;        // 4 bytes, likewise: 16 cores are busy at once
+constexpr std::uint64_t kMaxCostBytes = (std::uint64_t{1} << 42) - 1;       // 6 bytes
 
-enum FrameFlags : std::uint8_t { kWantPixels = 1, kFromNothing = 2, kTime = 4, kViews = 8 };
+// Milliseconds in steps of 10 microseconds.
+std::uint64_t inSteps(double milliseconds, std::uint64_t limit) {
+    return static_cast<std::uint64_t>(std::clamp(milliseconds * 100.0 + 0.5, 0.0, static_cast<double>(limit)));
+}
+
+enum FrameFlags : std::uint8_t { kWantPixels = 1, kFromNothing = 2, kTime = 4, kViews = 8, kWantCost = 16 };
 
 }  // namespace
 
@@ -207,7 +214,8 @@ Assign Assign::read(Reader& reader) {
 void Frame::write(Writer& writer) const {
     writer.varint(number);
     writer.u8(static_cast<std::uint8_t>((wantPixels ? kWantPixels : 0) | (fromNothing ? kFromNothing : 0) |
-                                        (time ? kTime : 0) | (views.empty() ? 0 : kViews)));
+                                        (time ? kTime : 0) | (views.empty() ? 0 : kViews) |
+                                        (wantCost ? kWantCost : 0)));
     if (time) writer.f64(*time);
     if (!views.empty()) {
         writer.varint(views.size());
@@ -220,9 +228,10 @@ Frame Frame::read(Reader& reader) {
     Frame frame;
     frame.number = reader.varint();
     const std::uint8_t flags = reader.u8();
-    if (flags & ~(kWantPixels | kFromNothing | kTime | kViews)) reader.fail("unknown flags");
+    if (flags & ~(kWantPixels | kFromNothing | kTime | kViews | kWantCost)) reader.fail("unknown flags");
     frame.wantPixels = (flags & kWantPixels) != 0;
     frame.fromNothing = (flags & kFromNothing) != 0;
+    frame.wantCost = (flags & kWantCost) != 0;
     if (flags & kTime) frame.time = reader.finiteF64();
     if (flags & kViews) {
         const auto size = static_cast<std::size_t>(reader.bounded(kMaxViewBytes, "the views are too long"));
@@ -237,12 +246,15 @@ Frame Frame::read(Reader& reader) {
 void Ready::write(Writer& writer) const {
     writer.u16(frame);
     writer.u64(digest);
-    const double steps = std::clamp(drawMilliseconds * 100.0 + 0.5, 0.0, static_cast<double>(kMaxReadyTime));
-    writer.varint(static_cast<std::uint64_t>(steps));
+    writer.varint(inSteps(drawMilliseconds, kMaxReadyTime));
     writer.varint(std::min(triangles, kMaxReadyTriangles));
     writer.varint(std::min(shadowTriangles, kMaxReadyTriangles));
     writer.u16(roundedDown(nearestDepth));
     writer.u16(roundedUp(farthestDepth));
+    if (!cost) return;
+    writer.varint(inSteps(cost->cpuMilliseconds, kMaxCostTime));
+    writer.varint(inSteps(cost->gpuMilliseconds, kMaxCostTime));
+    writer.varint(std::min(cost->shadowMapBytes, kMaxCostBytes));
 }
 
 Ready Ready::read(Reader& reader) {
@@ -254,6 +266,12 @@ Ready Ready::read(Reader& reader) {
     ready.shadowTriangles = reader.bounded(kMaxReadyTriangles, "too many triangles");
     ready.nearestDepth = readRounded(reader);
     ready.farthestDepth = readRounded(reader);
+    if (!reader.ok() || reader.atEnd()) return ready;
+    FrameCost cost;
+    cost.cpuMilliseconds = static_cast<double>(reader.bounded(kMaxCostTime, "the processor time is too long")) / 100.0;
+    cost.gpuMilliseconds = static_cast<double>(reader.bounded(kMaxCostTime, "the GPU time is too long")) / 100.0;
+    cost.shadowMapBytes = reader.bounded(kMaxCostBytes, "too many bytes of shadow maps");
+    ready.cost = cost;
     return ready;
 }
 

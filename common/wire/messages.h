@@ -153,6 +153,7 @@ struct Frame {
     static constexpr MessageType kType = MessageType::Frame;
     std::uint64_t number = 0;
     bool wantPixels = false;
+    bool wantCost = false;                      // Ready says what the frame cost
     bool fromNothing = false;                   // the changes are a snapshot: empty the scene first
     std::optional<double> time;                 // seconds; absent: as in the last frame
     std::span<const std::byte> views;           // encodeViews; empty: as in the last frame
@@ -160,6 +161,15 @@ struct Frame {
 
     void write(Writer& writer) const;
     static Frame read(Reader& reader);
+};
+
+// What a frame cost a server. Only sent when asked for.
+struct FrameCost {
+    double cpuMilliseconds = 0.0;    // of all threads of the server while it drew; steps of 0.01, at most 335 s
+    double gpuMilliseconds = 0.0;    // by timer queries; 0: not measured (a software renderer's queries lie)
+    std::uint64_t shadowMapBytes = 0;  // at most 2^42 - 1
+
+    friend bool operator==(const FrameCost&, const FrameCost&) = default;
 };
 
 // A frame is drawn and waits for its swap.
@@ -172,6 +182,7 @@ struct Ready {
     std::uint64_t shadowTriangles = 0;  // likewise
     float nearestDepth = 0.0f;          // metres; rounded down to 8 bits of mantissa
     float farthestDepth = 0.0f;         // metres; rounded up likewise
+    std::optional<FrameCost> cost;      // when the frame asked for it
 
     void write(Writer& writer) const;
     static Ready read(Reader& reader);

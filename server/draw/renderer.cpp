@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <deque>
 
 #include "server/draw/tile_painter.h"
 #include "server/draw/tile_pieces.h"
 #include "server/gl/context.h"
+#include "server/gl/query.h"
+#include "server/gl/workarounds.h"
 
 namespace umbriel {
 namespace {
@@ -54,12 +57,27 @@ ViewDemand demandOf(const Aspect& scene, const ViewScene& view) {
     return demand;
 }
 
+// Of all threads of this process, those of a software renderer with them.
+double processorMilliseconds() {
+    timespec used{};
+    if (clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used) != 0) return 0.0;
+    return static_cast<double>(used.tv_sec) * 1e3 + static_cast<double>(used.tv_nsec) * 1e-6;
+}
+
+// Empty where the driver's timer queries cannot be believed.
+gl::Query frameTimer(const gl::ContextInfo& info) {
+    const auto workarounds = gl::Workarounds::detect(info);
+    if (!workarounds || workarounds->isActive(gl::Workaround::LlvmpipeTimerQueriesLie)) return {};
+    return gl::Query(GL_TIME_ELAPSED);
+}
+
 class SceneRenderer final : public Renderer {
  public:
     SceneRenderer(gl::HeadlessContext& context, const Options& options)
         : _limits(context.info().limits),
           _scene(options.textureBudgetBytes, _limits.maxTextureSize),
-          _painter(_scene, _shaders, _targets, {_limits.maxViewportWidth, _limits.maxViewportHeight}) {}
+          _painter(_scene, _shaders, _targets, {_limits.maxViewportWidth, _limits.maxViewportHeight}),
+          _timer(frameTimer(context.info())) {}
 
     void sceneChanged(const ChangeList& changes, const Aspect& scene) override { _scene.changed(changes, scene); }
 
@@ -67,6 +85,7 @@ class SceneRenderer final : public Renderer {
                                 double time) override {
         static_cast<void>(time);  // nothing drawn here moves by itself
         const auto start = std::chrono::steady_clock::now();
+        const double cpuStart = processorMilliseconds();
         if (auto checked = check(views, tiles); !checked) return checked.error();
         _tiles.assign(tiles.begin(), tiles.end());
         _pieces = piecesOf(_tiles, largestPiece());
@@ -94,16 +113,21 @@ class SceneRenderer final : public Renderer {
         if (auto reserved = reserveShadowMaps(demands, paintings); !reserved) return reserved.error();
         if (auto reserved = _targets.reserve(views, _pieces, factorLights); !reserved) return reserved.error();
 
+        if (_timer) _timer.begin();
         _painter.beginFrame();
         for (std::size_t i = 0; i < _pieces.size(); ++i)
             if (auto painted = _painter.paint(scene, views, *plan, paintings, _pieces[i], i); !painted)
                 return painted.error();
+        if (_timer) _timer.end();
         glFinish();
         if (auto checked = gl::checkError("drawing a frame"); !checked) return checked.error();
         _plan = std::move(*plan);
         DrawStatistics statistics;
         statistics.triangles = _painter.counts().triangles;
         statistics.shadowTriangles = _painter.counts().shadowTriangles;
+        if (_timer) statistics.gpuMilliseconds = static_cast<double>(_timer.result()) * 1e-6;
+        for (const auto& maps : _shadowMaps) statistics.shadowMapBytes += maps.bytes();
+        statistics.cpuMilliseconds = processorMilliseconds() - cpuStart;
         statistics.drawMilliseconds =
             std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
         return statistics;
@@ -187,6 +211,7 @@ class SceneRenderer final : public Renderer {
     std::vector<TileAssignment> _tiles;
     std::vector<TileAssignment> _pieces;  // of the tiles, none larger than a texture
     FramePlan _plan;
+    gl::Query _timer;
 };
 
 }  // namespace

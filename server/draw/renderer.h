@@ -19,6 +19,9 @@ class HeadlessContext;
 
 struct DrawStatistics {
     double drawMilliseconds = 0.0;      // from the first command until the frame is finished
+    double cpuMilliseconds = 0.0;       // of all threads of this process meanwhile, a software renderer's with them
+    double gpuMilliseconds = 0.0;       // by a timer query; 0 where the driver's cannot be believed (gl/workarounds.h)
+    std::uint64_t shadowMapBytes = 0;   // held for shadow maps of all views
     std::uint64_t triangles = 0;        // handed to GL in all passes of all tiles
     std::uint64_t shadowTriangles = 0;  // of these, in shadow passes
     float nearestDepth = 0.0f;  // of what is visible in the tiles, metres; 0: not measured (no fit needs it yet)

@@ -60,6 +60,8 @@ void DrawThread::perform(std::uint64_t session, draw_task::Draw& task) {
     ready.shadowTriangles = drawn->shadowTriangles;
     ready.nearestDepth = drawn->nearestDepth;
     ready.farthestDepth = drawn->farthestDepth;
+    if (task.wantCost)
+        ready.cost = wire::FrameCost{drawn->cpuMilliseconds, drawn->gpuMilliseconds, drawn->shadowMapBytes};
     _answer(session, draw_result::Ready{task.frame, ready});
     if (!task.wantPixels) return;
     auto tiles = _renderer.readTiles();

@@ -30,6 +30,7 @@ struct Draw {
     std::optional<WallViews> views;
     double time = 0.0;
     bool wantPixels = false;
+    bool wantCost = false;
 };
 struct Swap {
     std::uint64_t frame = 0;

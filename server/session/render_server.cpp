@@ -209,6 +209,7 @@ struct RenderServer::Implementation {
             draw.views = std::move(frame.views);
             draw.time = frame.time;
             draw.wantPixels = frame.wantPixels;
+            draw.wantCost = frame.wantCost;
             if (firstFrame && !frame.fromNothing) return node.endSession("a session's first frame is a snapshot");
             firstFrame = false;
             if (frame.fromNothing) draw.emptied = emptyScene();

@@ -220,9 +220,9 @@ TEST_F(Handshake, WhatAClientMayNotSayClosesItsSession) {
         {{framed(wire::Ready{}, 1, 2)}, "does not belong on a client's control connection"},
         {{framed(wire::BlobData{}, 1, 2)}, "does not belong on a client's control connection"},
         {{framed(first, 1, 2)}, "before tiles were assigned"},
-        {{framed(assign, 1, 2), framed(wire::Frame{1, false, false, {}, {}, {}}, 1, 3)}, "needs views and a time"},
+        {{framed(assign, 1, 2), framed(wire::Frame{1, false, false, false, {}, {}, {}}, 1, 3)}, "needs views and a time"},
         {{framed(assign, 1, 2), framed(wire::Swap{1}, 1, 3)}, "swap of frame 1, which is not ready"},
-        {{framed(assign, 1, 2), framed(first, 1, 3), framed(wire::Frame{3, false, false, {}, {}, {}}, 1, 4)},
+        {{framed(assign, 1, 2), framed(first, 1, 3), framed(wire::Frame{3, false, false, false, {}, {}, {}}, 1, 4)},
          "frame 3 after frame 3"},
         {{framed(wire::BlobWanted{{{1, 2}}}, 1, 2)}, "is no result of this session"},
     };
@@ -244,7 +244,7 @@ TEST_F(Handshake, AClientThatRunsAheadIsStopped) {
     add(framed(hello(), 0, 0));
     add(framed(wire::Welcome{}, 1, 1));
     add(framed(wire::Assign{{10, 10}, {}}, 1, 2));
-    for (std::uint32_t i = 1; i <= 3; ++i) add(framed(wire::Frame{i, false, i == 1, 0.0, views, {}}, 1, 2 + i));
+    for (std::uint32_t i = 1; i <= 3; ++i) add(framed(wire::Frame{i, false, false, i == 1, 0.0, views, {}}, 1, 2 + i));
     EXPECT_TRUE(has(answerTo(bytes).lastText, "more frames than this server takes at once"));
 }
 

@@ -66,14 +66,15 @@ TEST(Occlusion, RaysEndAtTheLight) {
 RC_GTEST_PROP(Occlusion, CoplanarNeighboursDoNotShadowEachOther, ()) {
     const double scale = std::exp2(*rc::gen::inRange(-20, 21));
     const double offset = *rc::gen::element(0.0, 1e3, 1e6);
-    const Triangles triangles = floorAndSquare(16, 10.0, glm::dvec3(offset, -offset, offset) * std::max(1.0, scale), scale);
+    const Triangles triangles =
+        floorAndSquare(16, 10.0, glm::dvec3(offset, -offset, offset) * std::max(1.0, scale), scale);
     const auto scene = triangles.build();
     for (int i = 0; i < 64; ++i) {
         const auto triangle = static_cast<std::uint32_t>(*rc::gen::inRange(0, 16 * 16 * 2));
         const glm::uvec3 t = triangles.corners[triangle];
         const double u = *rc::gen::inRange(0, 1001) / 1000.0, v = *rc::gen::inRange(0, 1001) / 1000.0 * (1.0 - u);
-        const glm::dvec3 point = triangles.positions[t.x] * (1.0 - u - v) + triangles.positions[t.y] * u +
-                                 triangles.positions[t.z] * v;
+        const glm::dvec3 point =
+            triangles.positions[t.x] * (1.0 - u - v) + triangles.positions[t.y] * u + triangles.positions[t.z] * v;
         // Away from the square above: sideways at 0.1 and more over the floor.
         const double angle = *rc::gen::inRange(0, 360) * 0.0174532925;
         const glm::dvec3 local = (point - glm::dvec3(offset, -offset, offset) * std::max(1.0, scale)) / scale;

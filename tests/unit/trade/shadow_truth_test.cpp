@@ -9,15 +9,13 @@
 namespace umbriel {
 namespace {
 
-constexpr int kSide = 64;       // pixels
-constexpr double kExtent = 8.0; // metres that they show
+constexpr int kSide = 64;        // pixels
+constexpr double kExtent = 8.0;  // metres that they show
 
 // A floor in y = 0 seen from straight above, things over it, one light over everything.
 class Truth : public SceneFixture {
  protected:
-    Truth() {
-        floorNode = addMesh({{{-20, 0, 20}, {20, 0, 20}, {20, 0, -20}, {-20, 0, -20}}, {0, 1, 2, 0, 2, 3}});
-    }
+    Truth() { floorNode = addMesh({{{-20, 0, 20}, {20, 0, 20}, {20, 0, -20}, {-20, 0, -20}}, {0, 1, 2, 0, 2, 3}}); }
     struct Shape {
         std::vector<glm::vec3> positions;
         std::vector<std::uint32_t> indices;
@@ -41,8 +39,10 @@ class Truth : public SceneFixture {
     Ref<Light> addLight(const glm::dvec3& position, const glm::dvec3& travels) {
         const auto light = aspect.create<Light>("light");
         const glm::dvec3 z = -glm::normalize(travels);
-        const glm::dvec3 x = glm::normalize(glm::cross(std::abs(z.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0), z));
-        const Ref<Node> beacon = placed(root, position, glm::mat3(glm::vec3(x), glm::vec3(glm::cross(z, x)), glm::vec3(z)));
+        const glm::dvec3 x =
+            glm::normalize(glm::cross(std::abs(z.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0), z));
+        const Ref<Node> beacon =
+            placed(root, position, glm::mat3(glm::vec3(x), glm::vec3(glm::cross(z, x)), glm::vec3(z)));
         aspect.edit(light).template set<&Light::beacon>(beacon);
         const Ref<Node> lit = node({}, any(light.id));
         aspect.edit(lit).append<&Node::children>(root);
@@ -111,7 +111,8 @@ TEST_F(Truth, APointLightEnlargesAndASpotEndsAtItsCone) {
                 const bool dark = std::max(std::abs(placeOf(x)), std::abs(placeOf(y))) < 2.0;
                 ASSERT_EQ(at(factors, x, y), dark ? 0.0f : 1.0f) << light << ' ' << x << ' ' << y;
                 const bool within = std::hypot(placeOf(x), placeOf(y)) < 3.0;
-                ASSERT_EQ(judged[static_cast<std::size_t>(y * kSide + x)], within ? 1 : 0) << light << ' ' << x << ' ' << y;
+                ASSERT_EQ(judged[static_cast<std::size_t>(y * kSide + x)], within ? 1 : 0)
+                    << light << ' ' << x << ' ' << y;
             }
     }
 }
@@ -131,7 +132,8 @@ TEST_F(Truth, ASphereUnderAPointLightCastsADisc) {
     for (int y = 0; y < kSide; ++y)
         for (int x = 0; x < kSide; ++x) {
             const double r = std::hypot(placeOf(x), placeOf(y));
-            if (std::abs(r - radius) < 2e-3) continue;  // the sphere's facets lie 1.5e-4 inside of it, enlarged 1.5 times
+            if (std::abs(r - radius) < 2e-3)
+                continue;  // the sphere's facets lie 1.5e-4 inside of it, enlarged 1.5 times
             ASSERT_EQ(at(factors, x, y), r < radius ? 0.0f : 1.0f) << r;
         }
 }
@@ -171,7 +173,8 @@ TEST_F(Truth, HolesOfATextureBlendedSurfacesAndExcludedNodesLetLightThrough) {
     const auto image = aspect.create<Image>();
     std::vector<std::uint8_t> texels;
     for (int row = 0; row < 2; ++row)
-        for (int column = 0; column < 2; ++column) texels.insert(texels.end(), {255, 255, 255, static_cast<std::uint8_t>(column == 0 ? 0 : 255)});
+        for (int column = 0; column < 2; ++column)
+            texels.insert(texels.end(), {255, 255, 255, static_cast<std::uint8_t>(column == 0 ? 0 : 255)});
     aspect.edit(image).set<&Image::width>(2u).set<&Image::height>(2u).assign<&Image::texels>(texels);
     const auto texture = aspect.create<Texture>();
     aspect.edit(texture)
@@ -230,7 +233,9 @@ TEST_F(Truth, HoldsAtEveryScaleAndOffset) {
             Aspect moved(types, ids);
             const auto make = [&](const Shape& shape) {
                 const auto geometry = moved.create<Geometry>();
-                moved.edit(geometry).assign<&Geometry::positions>(shape.positions).assign<&Geometry::indices>(shape.indices);
+                moved.edit(geometry)
+                    .assign<&Geometry::positions>(shape.positions)
+                    .assign<&Geometry::indices>(shape.indices);
                 const auto made = moved.create<Node>();
                 moved.edit(made).set<&Node::core>(any(geometry.id));
                 return made;
@@ -238,9 +243,14 @@ TEST_F(Truth, HoldsAtEveryScaleAndOffset) {
             const auto floor = make({{{-20, 0, 20}, {20, 0, 20}, {20, 0, -20}, {-20, 0, -20}}, {0, 1, 2, 0, 2, 3}});
             const auto square = make({{{-1, 2, 1}, {1, 2, 1}, {1, 2, -1}, {-1, 2, -1}}, {0, 1, 2, 0, 2, 3}});
             const auto transform = moved.create<Transform>();
-            moved.edit(transform).set<&Transform::linear>(glm::mat3(static_cast<float>(scale))).set<&Transform::translation>(glm::dvec3(offset));
+            moved.edit(transform)
+                .set<&Transform::linear>(glm::mat3(static_cast<float>(scale)))
+                .set<&Transform::translation>(glm::dvec3(offset));
             const auto placedNode = moved.create<Node>();
-            moved.edit(placedNode).set<&Node::core>(any(transform.id)).append<&Node::children>(floor).append<&Node::children>(square);
+            moved.edit(placedNode)
+                .set<&Node::core>(any(transform.id))
+                .append<&Node::children>(floor)
+                .append<&Node::children>(square);
             const auto light = moved.create<DirectionalLight>();
             const auto lit = moved.create<Node>();
             moved.edit(lit).set<&Node::core>(any(light.id)).append<&Node::children>(placedNode);
@@ -288,8 +298,9 @@ TEST_F(Truth, ABoxOnAPlaneHasASilhouetteButItsFootHasNone) {
         EXPECT_FALSE(is(10, y)) << y;
     }
     for (int x = 1; x < 7; ++x)
-        for (int y = 8; y < 15; ++y) EXPECT_FALSE(is(x, y)) << x << ' ' << y;  // the foot of the left wall, and the floor
-    EXPECT_TRUE(is(0, 5));  // the picture's border
+        for (int y = 8; y < 15; ++y)
+            EXPECT_FALSE(is(x, y)) << x << ' ' << y;  // the foot of the left wall, and the floor
+    EXPECT_TRUE(is(0, 5));                            // the picture's border
 }
 
 TEST_F(Truth, ASquareMovedByLessThanATexelIsAnEdgeAndByMoreIsALeak) {
@@ -301,8 +312,8 @@ TEST_F(Truth, ASquareMovedByLessThanATexelIsAnEdgeAndByMoreIsALeak) {
     const auto judged = judgedPixels(*scene, points, 0, std::vector<std::uint8_t>(points.size(), 0));
     ShadowFit fit;
     fit.mapSize = 32;  // texels of half a metre over 16 m
-    fit.clipFromWorld = glm::dmat4(glm::dvec4(1.0 / 8, 0, 0, 0), glm::dvec4(0, 0, 0.01, 0), glm::dvec4(0, -1.0 / 8, 0, 0),
-                                   glm::dvec4(0, 0, 0.5, 1));
+    fit.clipFromWorld = glm::dmat4(glm::dvec4(1.0 / 8, 0, 0, 0), glm::dvec4(0, 0, 0.01, 0),
+                                   glm::dvec4(0, -1.0 / 8, 0, 0), glm::dvec4(0, 0, 0.5, 1));
     for (const int pixels : {3, 6}) {  // 0.375 and 0.75 m
         std::vector<float> result(points.size(), 1.0f);
         for (int y = 0; y < kSide; ++y)
@@ -332,8 +343,10 @@ TEST_F(Truth, TheOtherEyeSeesTheSamePoints) {
     for (int y = 0; y < kSide; ++y)
         for (int x = 0; x < kSide; ++x) {
             const std::uint32_t match = matches[static_cast<std::size_t>(y * kSide + x)];
-            if (x < 3) EXPECT_EQ(match, kNoMatch);
-            else EXPECT_EQ(match, static_cast<std::uint32_t>(y * kSide + x - 3));
+            if (x < 3)
+                EXPECT_EQ(match, kNoMatch);
+            else
+                EXPECT_EQ(match, static_cast<std::uint32_t>(y * kSide + x - 3));
         }
 }
 

@@ -52,7 +52,7 @@ TEST(Messages, EndWhereTheirTypeSays) {
     expectExactLength(Explain{});
     expectExactLength(Goodbye{"because"});
     expectExactLength(ExplainReply{"a plan\nof two lines"});
-    expectExactLength(Ready{1, 2, 3.0, 4000, 5, 0.5f, 100.0f});
+    expectExactLength(Ready{1, 2, 3.0, 4000, 5, 0.5f, 100.0f, {}});
     expectExactLength(Swap{300});
     expectExactLength(Failed{300, "out of memory"});
     expectExactLength(BlobWanted{{{1, 2}, {3, 4}}});
@@ -74,7 +74,7 @@ TEST(Messages, ThatEndInDataSurviveBeingCut) {
             EXPECT_EQ(encode(*decoded), Bytes(bytes.begin(), bytes.begin() + static_cast<long>(size)));
         }
     };
-    cut(Frame{5, true, false, 1.5, std::span(data).first(10), data});
+    cut(Frame{5, true, false, false, 1.5, std::span(data).first(10), data});
     cut(BlobData{{1, 2}, 1000, 10, data});
     cut(TileData{1, 2, 0, 1, Layer::Colour, "colour", 4, false, 1000, 0, data});
     cut(JobOffer{1, 2, 3, "bake", data});
@@ -186,7 +186,7 @@ TEST(WireBudget, AnIdleFrameAndItsSwapTakeAtMost64Bytes) {
 
 RC_GTEST_PROP(WireBudget, ReadyTakesAtMost40Bytes, (std::uint16_t frame, std::uint64_t digest, std::uint64_t a, std::uint64_t b)) {
     const auto milliseconds = static_cast<double>(*rc::gen::arbitrary<std::uint32_t>());
-    const Ready ready{frame, digest, milliseconds, a, b, 0.1f, 1e30f};
+    const Ready ready{frame, digest, milliseconds, a, b, 0.1f, 1e30f, {}};
     const Bytes bytes = encode(ready);
     RC_ASSERT(kHeaderBytes + bytes.size() <= 40u);
     const auto back = decode<Ready>(bytes);
@@ -196,9 +196,22 @@ RC_GTEST_PROP(WireBudget, ReadyTakesAtMost40Bytes, (std::uint16_t frame, std::ui
     RC_ASSERT(back->triangles == std::min(a, (std::uint64_t{1} << 35) - 1));
 }
 
+TEST(Ready, BringsTheCostWhenThereIsOne) {
+    Ready ready{1, 2, 3.0, 4000, 5, 0.5f, 100.0f, {}};
+    EXPECT_FALSE(decode<Ready>(encode(ready))->cost.has_value());
+    ready.cost = FrameCost{12.34, 5.67, std::uint64_t{1} << 33};
+    EXPECT_EQ(decode<Ready>(encode(ready))->cost, ready.cost);
+    // What is beyond a field's range is shown as its end, in as many bytes as the type allows.
+    ready = {65535, ~0ull, 1e30, ~0ull, ~0ull, 0.1f, 1e30f, {}};
+    ready.cost = FrameCost{1e30, 1e30, ~0ull};
+    const Bytes bytes = encode(ready);
+    EXPECT_EQ(bytes.size(), ruleOf(Ready::kType).limit);
+    EXPECT_NEAR(decode<Ready>(bytes)->cost->cpuMilliseconds, 335544.31, 0.01);
+}
+
 TEST(Ready, RoundsDepthsOutwardsByLessThanAPercent) {
     for (const float depth : {1e-6f, 0.1f, 1.0f, 1.00001f, 3.14159f, 1234.5f, 1e20f}) {
-        const auto back = decode<Ready>(encode(Ready{0, 0, 0, 0, 0, depth, depth}));
+        const auto back = decode<Ready>(encode(Ready{0, 0, 0, 0, 0, depth, depth, {}}));
         ASSERT_TRUE(back);
         EXPECT_LE(back->nearestDepth, depth);
         EXPECT_GE(back->nearestDepth, depth * 0.992f);

@@ -1,0 +1,462 @@
+#include "client/app/trade_bench.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "client/app/output_files.h"
+#include "client/session/field_text.h"
+#include "client/session/views.h"
+#include "common/base/log.h"
+#include "common/scene/core_types.h"
+
+namespace umbriel {
+namespace {
+
+// A turn at the clock: one frame to settle (maps, shaders), then these.
+constexpr int kTurn = 4;
+
+double median(std::vector<double> values) {
+    if (values.empty()) return 0.0;
+    std::sort(values.begin(), values.end());
+    const std::size_t middle = values.size() / 2;
+    return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+}
+
+// Several pictures as one, with a row between them that is not judged.
+struct Stacked {
+    int width = 0, height = 0;
+    std::vector<float> truth, result;
+    std::vector<std::uint8_t> judged;
+
+    void add(int w, int h, std::span<const float> t, std::span<const float> r, std::span<const std::uint8_t> j) {
+        if (height > 0) {
+            ++height;
+            truth.resize(truth.size() + static_cast<std::size_t>(width), 1.0f);
+            result.resize(truth.size(), 1.0f);
+            judged.resize(truth.size(), 0);
+        }
+        width = w;
+        height += h;
+        truth.insert(truth.end(), t.begin(), t.end());
+        result.insert(result.end(), r.begin(), r.end());
+        judged.insert(judged.end(), j.begin(), j.end());
+    }
+    ShadowFactors factors() const { return {width, height, truth, result, judged}; }
+};
+
+FloatImage asImage(int width, int height, const std::vector<float>& factors) {
+    FloatImage image(width, height, {"factor"});
+    image.samples() = factors;
+    return image;
+}
+
+const char* nameOf(TileMode mode) {
+    return mode == TileMode::Exact ? "exact" : "offset";
+}
+
+}  // namespace
+
+Result<std::unique_ptr<TradeBench>> TradeBench::open(const SceneArguments& arguments,
+                                                     const std::filesystem::path& serverProgram,
+                                                     const TradeBenchOptions& options) {
+    auto bench = std::unique_ptr<TradeBench>(new TradeBench());
+    auto setup = checkSceneArguments(arguments);
+    if (!setup) return setup.error();
+    bench->_setup = std::move(*setup);
+    bench->_options = options;
+    bench->_sceneName = arguments.scene;
+    bench->_types = std::make_unique<TypeRegistry>();
+    registerCoreTypes(*bench->_types);
+    bench->_setup.cluster.serverProgram = serverProgram;
+    bench->_setup.cluster.latency = 0;
+    const double aspectRatio = static_cast<double>(bench->_setup.wall.width) / bench->_setup.wall.height;
+    auto loaded = loadStage(arguments.scene, *bench->_types, bench->_setup.stage, aspectRatio);
+    if (!loaded) return loaded.error();
+    bench->_loaded = std::move(*loaded);
+    auto cluster = Cluster::connect(bench->_setup.cluster, *bench->_types, bench->_setup.tiles);
+    if (!cluster) return cluster.error();
+    bench->_cluster = std::move(*cluster);
+    bench->_machine = bench->_cluster->serverDescriptions();
+    bench->_cluster->measureCost(true);
+    return bench;
+}
+
+Result<void> TradeBench::useCamera(const std::string& name) {
+    const LoadedScene& loaded = scene().get(_loaded->loaded);
+    for (const Ref<Container>& camera : loaded.cameras.toVector()) {
+        const Container* container = scene().find(camera.id);
+        if (!container || container->name.get() != name) continue;
+        for (const Ref<Viewport>& viewport : scene().get(stage().window).viewports.toVector()) {
+            const ContainerId now = scene().get(viewport).camera.get().id;
+            if (scene().findAs<StereoCameraDecorator>(now))
+                scene().edit(Ref<StereoCameraDecorator>(now)).set<&StereoCameraDecorator::camera>(camera);
+            else
+                scene().edit(viewport).set<&Viewport::camera>(camera);
+        }
+        return {};
+    }
+    return badInput(fmt::format("the scene has no camera '{}'", name));
+}
+
+void TradeBench::judge(const std::string& node, bool bothSides) {
+    _options.judgeNode = node;
+    _options.bothSides = bothSides;
+}
+
+Result<TradeBench::Drawn> TradeBench::draw(std::uint32_t layers, bool wantPixels, FrameReport* report) {
+    auto resolved = resolveViews(scene(), stage().window, _setup.wall, &_bounds);
+    if (!resolved) return resolved.error();
+    Drawn drawn;
+    drawn.views = std::move(resolved->views);
+    drawn.views.tiles = _setup.tileMode;
+    drawn.views.samples = 1;
+    drawn.views.layers = layers;
+    auto frame = _cluster->frame(scene(), drawn.views, 0.0, wantPixels);
+    if (!frame) return frame.error();
+    if (wantPixels) {
+        // By number: two lights may have the same name.
+        for (TilePixels& tile : frame->tiles) {
+            int light = 0;
+            for (TileLayer& layer : tile.layers)
+                if (layer.layer == Layer::LightFactors) layer.name = fmt::format("factor{}", light++);
+        }
+        for (const Eye eye : _setup.eyes) drawn.pictures.push_back(assembleWall(_setup.wall, frame->tiles, eye));
+    }
+    if (report) *report = std::move(*frame);
+    return drawn;
+}
+
+Result<void> TradeBench::buildScene() {
+    const Viewport& viewport = scene().get(stage().viewport);
+    ShadowScene::Options options;
+    options.excludeNodes = viewport.excludeNodes.toVector();
+    options.lightNodes = viewport.lightNodes.toVector();
+    auto resolved = resolveViews(scene(), stage().window, _setup.wall, &_bounds);
+    if (!resolved) return resolved.error();
+    if (!resolved->views.views.empty()) options.eyeWorld = resolved->views.views.front().eyeWorld;
+    auto built = ShadowScene::create(scene(), viewport.root, options);
+    if (!built) return built.error();
+    _shadowScene = std::move(*built);
+    if (_options.lightSize)
+        for (TruthLight& light : _shadowScene->lights()) light.radius = *_options.lightSize;
+    return {};
+}
+
+Result<std::vector<TradeBench::Look>> TradeBench::lookNow() {
+    const auto drawn = draw(kSurfaceLayers, true);
+    if (!drawn) return drawn.error();
+    std::vector<Look> looks;
+    for (std::size_t i = 0; i < _setup.eyes.size(); ++i) {
+        Look look;
+        look.eye = _setup.eyes[i];
+        const auto view = std::find_if(drawn->views.views.begin(), drawn->views.views.end(),
+                                       [&](const View& v) { return v.eye == look.eye; });
+        if (view == drawn->views.views.end()) return failure("an eye has no view");
+        look.view = *view;
+        auto points = surfacePoints(drawn->pictures[i], look.view);
+        if (!points) return points.error();
+        look.points = std::move(*points);
+        const auto outline = silhouettes(look.points);
+        JudgedOptions judging;
+        judging.bothSides = _options.bothSides;
+        std::vector<std::uint8_t> only;
+        if (!_options.judgeNode.empty()) {
+            const auto nodes = _shadowScene->nodesNamed(_options.judgeNode);
+            if (nodes.empty()) return badInput(fmt::format("the scene has no node '{}' to judge", _options.judgeNode));
+            only = pixelsOf(look.points, nodes);
+            judging.only = &only;
+        }
+        for (std::size_t light = 0; light < _shadowScene->lights().size(); ++light) {
+            look.truth.push_back(shadowTruth(*_shadowScene, look.points, light, _options.truth));
+            look.judged.push_back(judgedPixels(*_shadowScene, look.points, light, outline, judging));
+            if (!_shadowScene->lights()[light].castsShadow)
+                std::fill(look.judged.back().begin(), look.judged.back().end(), 0);
+        }
+        looks.push_back(std::move(look));
+    }
+    return looks;
+}
+
+// A slow move to the right, with a camera of our own where the other one stands.
+Result<void> TradeBench::movePath(int frame) {
+    const Look& first = _looks.front();
+    double distance = 0.0;
+    std::size_t covered = 0;
+    for (const float depth : first.points.depths)
+        if (depth > 0.0f) {
+            distance += static_cast<double>(depth);
+            ++covered;
+        }
+    distance = covered > 0 ? distance / static_cast<double>(covered) : 1.0;
+    const glm::dmat3 worldFromView = glm::transpose(first.view.viewFromWorld);
+    scene()
+        .edit(stage().cameraPose)
+        .set<&Transform::linear>(glm::mat3(worldFromView))
+        .set<&Transform::translation>(first.view.eyeWorld +
+                                      worldFromView[0] * (_options.flickerStep * distance * frame));
+    scene().edit(stage().ownCamera).set<&PerspectiveCamera::fovY>(2.0 * std::atan(1.0 / first.view.clipFromView[1][1]));
+    for (const Ref<Viewport>& viewport : scene().get(stage().window).viewports.toVector())
+        scene().edit(viewport).set<&Viewport::camera>(Ref<Container>(stage().ownCamera.id));
+    return {};
+}
+
+Result<void> TradeBench::look() {
+    if (const auto set = applySetting(scene(), stage().window, {"none", 512, {}, {}, {}}); !set) return set.error();
+    if (const auto built = buildScene(); !built) return built.error();
+    auto looks = lookNow();
+    if (!looks) return looks.error();
+    _looks = std::move(*looks);
+    if (_looks.size() == 2) {
+        const auto matches = matchSurfaces(_looks[0].points, _looks[1].points, _looks[1].view);
+        double sum = 0.0;
+        for (std::size_t light = 0; light < _looks[0].truth.size(); ++light)
+            sum += surfaceChange(_looks[0].truth[light], _looks[1].truth[light], matches, _looks[0].judged[light],
+                                 _looks[1].judged[light])
+                       .changed;
+        _eyesTruth = sum / static_cast<double>(std::max<std::size_t>(1, _looks[0].truth.size()));
+    }
+    _path.clear();
+    _pathTruth.clear();
+    if (_options.flickerFrames < 2 || _looks.size() != 1) return {};
+    const Ref<Container> camera = scene().get(stage().viewport).camera;
+    for (int frame = 0; frame < _options.flickerFrames; ++frame) {
+        if (const auto moved = movePath(frame); !moved) return moved.error();
+        auto step = lookNow();
+        if (!step) return step.error();
+        _path.push_back(std::move(*step));
+    }
+    scene().edit(stage().viewport).set<&Viewport::camera>(camera);
+    return {};
+}
+
+Result<std::vector<std::vector<std::vector<float>>>> TradeBench::factorsNow() {
+    const auto drawn =
+        draw(static_cast<std::uint32_t>(Layer::Colour) | static_cast<std::uint32_t>(Layer::LightFactors), true);
+    if (!drawn) return drawn.error();
+    std::vector<std::vector<std::vector<float>>> factors;
+    for (const LayeredImage& picture : drawn->pictures) {
+        factors.emplace_back();
+        for (std::size_t light = 0; light < _shadowScene->lights().size(); ++light) {
+            const FloatImage* layer = picture.floatLayer(fmt::format("factor{}", light));
+            if (!layer) return failure(fmt::format("the servers sent no factors of light {}", light));
+            factors.back().push_back(layer->samples());
+        }
+    }
+    return factors;
+}
+
+Result<void> TradeBench::measure(TradeRow& row) {
+    UMBRIEL_ASSERT(!_looks.empty(), "look() comes before measure()");
+    if (const auto set = applySetting(scene(), stage().window, row.setting); !set) return set.error();
+    const auto factors = factorsNow();
+    if (!factors) return factors.error();
+    const auto resolved = resolveViews(scene(), stage().window, _setup.wall, &_bounds);
+    if (!resolved) return resolved.error();
+
+    Stacked all;
+    std::array<Stacked, 3> zones;
+    SeamJump seams;
+    BeyondTexel beyond;
+    bool known = true;
+    for (std::size_t i = 0; i < _looks.size(); ++i) {
+        const Look& look = _looks[i];
+        for (std::size_t light = 0; light < look.truth.size(); ++light) {
+            const std::vector<float>& result = (*factors)[i][light];
+            const auto& judged = look.judged[light];
+            const int w = look.points.width, h = look.points.height;
+            all.add(w, h, look.truth[light], result, judged);
+            const auto zone = depthZones(look.points, judged);
+            for (std::uint8_t z = 0; z < 3; ++z) {
+                std::vector<std::uint8_t> inZone(zone.size());
+                for (std::size_t k = 0; k < zone.size(); ++k) inZone[k] = zone[k] == z ? 1 : 0;
+                zones[z].add(w, h, look.truth[light], result, inZone);
+            }
+            const auto& grid = _setup.tiles;
+            std::vector<std::int32_t> columns, rows;
+            for (const TileAssignment& tile : grid) {
+                columns.push_back(tile.pixels.x);
+                rows.push_back(tile.pixels.y);
+            }
+            const auto distinct = [](std::vector<std::int32_t> values) {
+                std::sort(values.begin(), values.end());
+                return static_cast<int>(std::unique(values.begin(), values.end()) - values.begin());
+            };
+            const SeamJump jump =
+                seamJump({w, h, look.truth[light], result, judged}, distinct(columns), distinct(rows));
+            seams.pairs += jump.pairs;
+            seams.jumps += jump.jumps;
+
+            const auto& views = resolved->views.views;
+            const auto view =
+                std::find_if(views.begin(), views.end(), [&](const View& v) { return v.eye == look.eye; });
+            const ContainerId node = _shadowScene->lights()[light].node;
+            const ShadowFit* fit = nullptr;
+            int fits = 0;
+            if (view != views.end())
+                for (const ShadowFit& candidate : view->fits)
+                    if (candidate.light == node) {
+                        fit = &candidate;
+                        ++fits;
+                    }
+            const bool flat = fits == 1 && fit->mode != ShadowMode::Cube && fit->mode != ShadowMode::DualParaboloid;
+            if (!flat || _shadowScene->lights()[light].radius > 0.0) {
+                known = known && std::count(judged.begin(), judged.end(), 1) == 0;
+                continue;
+            }
+            const BeyondTexel one =
+                beyondTexel(*_shadowScene, look.points, light, *fit, look.truth[light], result, judged);
+            beyond.leaks += one.leaks;
+            beyond.acne += one.acne;
+        }
+    }
+    TradeErrors& errors = row.errors;
+    errors.error = shadowError(all.factors());
+    errors.edges = shadowEdges(all.factors());
+    errors.machBand = shadowMachBands(all.factors()).response.mean;
+    errors.deltaE = shadowDeltaE(all.factors()).mean;
+    errors.seamJump = seams.share();
+    if (known && errors.error.judged > 0) {
+        errors.leakBeyondTexel = static_cast<double>(beyond.leaks) / static_cast<double>(errors.error.judged);
+        errors.acneBeyondTexel = static_cast<double>(beyond.acne) / static_cast<double>(errors.error.judged);
+    }
+    for (std::size_t z = 0; z < 3; ++z) {
+        errors.zoneErrors[z] = shadowError(zones[z].factors()).error();
+        const ShadowEdges edges = shadowEdges(zones[z].factors());
+        if (edges.inTruth > 0 && edges.inResult > 0) errors.zoneEdges[z] = edges.distance.mean;
+    }
+    if (!factors->empty() && !factors->front().empty()) {
+        row.factors = asImage(_looks[0].points.width, _looks[0].points.height, factors->front().front());
+        for (std::size_t k = 0; k < _looks[0].points.size(); ++k)
+            if (!_looks[0].points.covered(k)) row.factors.samples()[k] = 1.0f;  // the background, as in truth
+    }
+    if (_looks.size() == 2) {
+        const auto matches = matchSurfaces(_looks[0].points, _looks[1].points, _looks[1].view);
+        double sum = 0.0;
+        for (std::size_t light = 0; light < _looks[0].truth.size(); ++light)
+            sum += surfaceChange((*factors)[0][light], (*factors)[1][light], matches, _looks[0].judged[light],
+                                 _looks[1].judged[light])
+                       .changed;
+        errors.eyeMismatch = sum / static_cast<double>(std::max<std::size_t>(1, _looks[0].truth.size())) - _eyesTruth;
+    }
+    if (_path.empty()) return {};
+
+    const Ref<Container> camera = scene().get(stage().viewport).camera;
+    std::vector<std::vector<std::vector<float>>> byFrame;
+    for (int frame = 0; frame < static_cast<int>(_path.size()); ++frame) {
+        if (const auto moved = movePath(frame); !moved) return moved.error();
+        auto now = factorsNow();
+        if (!now) return now.error();
+        byFrame.push_back(std::move(now->front()));
+    }
+    scene().edit(stage().viewport).set<&Viewport::camera>(camera);
+    double flicker = 0.0;
+    int pairs = 0;
+    for (std::size_t frame = 0; frame + 1 < _path.size(); ++frame) {
+        const Look& from = _path[frame].front();
+        const Look& to = _path[frame + 1].front();
+        const auto matches = matchSurfaces(from.points, to.points, to.view);
+        for (std::size_t light = 0; light < from.truth.size(); ++light) {
+            const auto change = [&](const std::vector<float>& a, const std::vector<float>& b) {
+                return surfaceChange(a, b, matches, from.judged[light], to.judged[light]).mean;
+            };
+            flicker +=
+                change(byFrame[frame][light], byFrame[frame + 1][light]) - change(from.truth[light], to.truth[light]);
+            ++pairs;
+        }
+    }
+    errors.flicker = pairs > 0 ? flicker / pairs : 0.0;
+    return {};
+}
+
+Result<void> TradeBench::time(std::vector<TradeRow>& rows, int frames) {
+    struct Samples {
+        std::vector<double> wall, cpu, gpu, ratios;
+    };
+    std::vector<Samples> samples(rows.size());
+    const std::uint32_t colour = static_cast<std::uint32_t>(Layer::Colour);
+    // One untimed frame each, so that no shader is compiled and no map made while the clock runs.
+    for (TradeRow& row : rows) {
+        if (const auto set = applySetting(scene(), stage().window, row.setting); !set) return set.error();
+        if (const auto drawn = draw(colour, false); !drawn) return drawn.error();
+    }
+    const int turns = std::max(1, (frames + kTurn - 1) / kTurn);
+    for (int turn = 0; turn < turns; ++turn) {
+        double reference = 0.0;
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            if (const auto set = applySetting(scene(), stage().window, rows[i].setting); !set) return set.error();
+            std::vector<double> ofTurn;
+            for (int frame = -1; frame < kTurn; ++frame) {
+                FrameReport report;
+                if (const auto drawn = draw(colour, false, &report); !drawn) return drawn.error();
+                if (frame < 0) continue;
+                double wall = 0.0, cpu = 0.0, gpu = 0.0;
+                for (const ServerReport& server : report.servers) {
+                    wall = std::max(wall, server.drawMilliseconds);
+                    gpu = std::max(gpu, server.gpuMilliseconds);
+                    cpu += server.cpuMilliseconds;
+                    rows[i].cost.mapBytes = frame == 0 && turn == 0
+                                                ? server.shadowMapBytes
+                                                : std::max(rows[i].cost.mapBytes, server.shadowMapBytes);
+                }
+                samples[i].wall.push_back(wall);
+                samples[i].cpu.push_back(cpu);
+                samples[i].gpu.push_back(gpu);
+                ofTurn.push_back(cpu);
+            }
+            if (i == 0) reference = median(ofTurn);
+            if (reference > 0.0) samples[i].ratios.push_back(median(ofTurn) / reference);
+        }
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        TradeCost& cost = rows[i].cost;
+        cost.wallMilliseconds = median(samples[i].wall);
+        cost.cpuMilliseconds = median(samples[i].cpu);
+        cost.gpuMilliseconds = median(samples[i].gpu);
+        cost.cpuRatio = samples[i].ratios.empty() ? 1.0 : median(samples[i].ratios);
+        cost.frames = static_cast<int>(samples[i].cpu.size());
+    }
+    return {};
+}
+
+TradeResult TradeBench::describe() const {
+    TradeResult result;
+    result.scene = _sceneName;
+    result.version = UMBRIEL_VERSION;
+    for (const std::string& line : _machine) result.machine += (result.machine.empty() ? "" : "; ") + line;
+    result.machine +=
+        fmt::format("; {} servers, {} tiles, {}", _machine.size(), _setup.tiles.size(), nameOf(_setup.tileMode));
+    result.width = _setup.wall.width;
+    result.height = _setup.wall.height;
+    std::uint64_t covered = 0, judged = 0;
+    for (const Look& look : _looks) {
+        for (std::size_t light = 0; light < look.judged.size(); ++light) {
+            if (!_shadowScene->lights()[light].castsShadow) continue;
+            for (std::size_t i = 0; i < look.points.size(); ++i) {
+                covered += look.points.covered(i) ? 1 : 0;
+                judged += look.judged[light][i];
+            }
+        }
+    }
+    result.judgedShare = covered > 0 ? static_cast<double>(judged) / static_cast<double>(covered) : 0.0;
+    bool soft = false;
+    std::size_t casting = 0;
+    if (_shadowScene)
+        for (const TruthLight& light : _shadowScene->lights()) {
+            soft = soft || light.radius > 0.0;
+            casting += light.castsShadow ? 1 : 0;
+        }
+    const int side = _options.truth.lightSamplesPerSide;
+    result.truth = fmt::format("{} a point and light against {} triangles, {} lights",
+                               soft ? fmt::format("{} rays", side * side) : std::string("one ray"),
+                               _shadowScene ? _shadowScene->triangleCount() : 0, casting);
+    if (!_looks.empty() && !_looks.front().truth.empty()) {
+        const Look& look = _looks.front();
+        result.truthFactors = asImage(look.points.width, look.points.height, look.truth.front());
+        result.judged = look.judged.front();
+    }
+    return result;
+}
+
+}  // namespace umbriel

@@ -1,0 +1,75 @@
+#include "client/app/trade_setting.h"
+
+#include <fmt/format.h>
+
+#include "client/app/arguments.h"
+#include "client/session/field_text.h"
+
+namespace umbriel {
+
+Result<Technique> parseTechnique(const std::string& text) {
+    Technique technique;
+    const std::size_t colon = text.find(':');
+    const auto mode = parseShadowMode(text.substr(0, colon));
+    if (!mode) return mode.error();
+    technique.mode = *mode;
+    if (colon == std::string::npos) return technique;
+    const std::string fit = text.substr(colon + 1);
+    if (fit == "scene")
+        technique.fit = ShadowFitMode::Scene;
+    else if (fit == "per-view")
+        technique.fit = ShadowFitMode::PerView;
+    else if (fit != "union")
+        return badInput(fmt::format("technique '{}': '{}' is no fit; expected union, scene or per-view", text, fit));
+    return technique;
+}
+
+bool hasMap(ShadowMode mode) {
+    switch (mode) {
+        case ShadowMode::None:
+        case ShadowMode::Planar:
+        case ShadowMode::PlanarStencil:
+        case ShadowMode::VolumeZPass:
+        case ShadowMode::VolumeZFail:
+        case ShadowMode::Blob:
+        case ShadowMode::VisibilityMap:
+            return false;
+        default:
+            return true;
+    }
+}
+
+bool takesFilter(ShadowMode mode) {
+    return mode == ShadowMode::PercentageCloser;
+}
+
+bool takesSamples(ShadowMode mode) {
+    return mode == ShadowMode::PercentageCloser || mode == ShadowMode::PercentageCloserSoft;
+}
+
+Result<void> applySetting(Aspect& scene, Ref<Window> window, const TradeSetting& setting) {
+    const auto technique = parseTechnique(setting.technique);
+    if (!technique) return technique.error();
+    for (const Ref<Viewport>& viewport : scene.get(window).viewports.toVector()) {
+        scene.edit(viewport)
+            .set<&Viewport::shadowMode>(technique->mode)
+            .set<&Viewport::shadowFit>(technique->fit)
+            .set<&Viewport::mapSize>(setting.mapSize);
+        const auto set = [&](std::string_view field, const std::string& value) {
+            return setField(scene, viewport, field, value);
+        };
+        if (setting.filter)
+            if (const auto done = set("filterWidth", fmt::format("{}", *setting.filter)); !done) return done.error();
+        if (setting.samples) {
+            const bool soft = technique->mode == ShadowMode::PercentageCloserSoft;
+            if (const auto done = set(soft ? "filterSamples" : "samplesPerRow", fmt::format("{}", *setting.samples));
+                !done)
+                return done.error();
+        }
+        for (const auto& [field, value] : setting.fields)
+            if (const auto done = set(field, value); !done) return done.error();
+    }
+    return {};
+}
+
+}  // namespace umbriel

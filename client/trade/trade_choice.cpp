@@ -1,0 +1,119 @@
+#include "client/trade/trade_choice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "common/image/atomic_file.h"
+
+namespace umbriel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+// A front has a few points; a file that is longer is none of ours.
+constexpr std::uintmax_t kMaxBytes = 1 << 20;
+
+Json toJson(const StoredTrade::Point& point) {
+    Json json = {{"technique", point.setting.technique}, {"map_size", point.setting.mapSize}};
+    if (point.setting.filter) json["filter"] = *point.setting.filter;
+    if (point.setting.samples) json["samples"] = *point.setting.samples;
+    if (!point.setting.fields.empty()) {
+        Json fields = Json::object();
+        for (const auto& [field, value] : point.setting.fields) fields[field] = value;
+        json["fields"] = fields;
+    }
+    json["error"] = point.error;
+    json["wall_ms"] = point.wallMilliseconds;
+    json["cpu_ms"] = point.cpuMilliseconds;
+    return json;
+}
+
+// Throws what nlohmann throws; readTrade() catches.
+StoredTrade::Point pointOf(const Json& json) {
+    StoredTrade::Point point;
+    point.setting.technique = json.at("technique").get<std::string>();
+    point.setting.mapSize = json.at("map_size").get<std::uint32_t>();
+    if (json.contains("filter")) point.setting.filter = json["filter"].get<double>();
+    if (json.contains("samples")) point.setting.samples = json["samples"].get<int>();
+    if (json.contains("fields"))
+        for (const auto& [field, value] : json["fields"].items())
+            point.setting.fields.emplace_back(field, value.get<std::string>());
+    point.error = json.at("error").get<double>();
+    point.wallMilliseconds = json.at("wall_ms").get<double>();
+    point.cpuMilliseconds = json.at("cpu_ms").get<double>();
+    return point;
+}
+
+}  // namespace
+
+fs::path tradeFileOf(const std::string& scene) {
+    if (!scene.starts_with("demo:")) return scene + ".umtrade.json";
+    std::string name = scene;
+    std::replace_if(
+        name.begin(), name.end(),
+        [](unsigned char c) { return !((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9')); },
+        '-');
+    return name + ".umtrade.json";
+}
+
+Result<void> writeTrade(const fs::path& path, const StoredTrade& trade) {
+    Json front = Json::array();
+    for (const StoredTrade::Point& point : trade.front) front.push_back(toJson(point));
+    const Json json = {
+        {"umbriel_trade", 1}, {"scene", trade.scene}, {"chosen", toJson(trade.chosen)}, {"front", front}};
+    auto file = AtomicFile::create(path);
+    if (!file) return file.error();
+    const std::string text = json.dump(2) + "\n";
+    (*file)->write(std::as_bytes(std::span(text)));
+    return (*file)->commit();
+}
+
+Result<std::optional<StoredTrade>> readTrade(const fs::path& path) {
+    std::error_code error;
+    const std::uintmax_t size = fs::file_size(path, error);
+    if (error) return std::optional<StoredTrade>();
+    const auto bad = [&](const std::string& why) {
+        return badInput(fmt::format(
+            "{}: not a choice stored by umbriel trade ({}); remove it or run umbriel trade again", path.string(), why));
+    };
+    if (size > kMaxBytes) return bad("too long");
+    std::ifstream stream(path, std::ios::binary);
+    const Json json = Json::parse(stream, nullptr, false);
+    if (json.is_discarded() || !json.is_object()) return bad("no JSON object");
+    try {
+        if (json.at("umbriel_trade").get<int>() != 1) return bad("of another version");
+        StoredTrade trade;
+        trade.scene = json.at("scene").get<std::string>();
+        trade.chosen = pointOf(json.at("chosen"));
+        for (const Json& point : json.at("front")) trade.front.push_back(pointOf(point));
+        return std::optional(std::move(trade));
+    } catch (const nlohmann::json::exception& problem) {
+        return bad(problem.what());
+    }
+}
+
+StoredTrade storedTrade(const TradeResult& result, std::size_t chosen) {
+    const auto point = [&](const TradeRow& row) {
+        return StoredTrade::Point{row.setting, row.errors.error.error(), row.cost.wallMilliseconds,
+                                  row.cost.cpuMilliseconds};
+    };
+    StoredTrade trade;
+    trade.scene = result.scene;
+    trade.chosen = point(result.rows[chosen]);
+    std::vector<StoredTrade::Point> points;
+    for (const TradeRow& row : result.rows) points.push_back(point(row));
+    std::stable_sort(points.begin(), points.end(), [](const auto& a, const auto& b) {
+        return std::pair(a.wallMilliseconds, a.error) < std::pair(b.wallMilliseconds, b.error);
+    });
+    // By wall time, which is what a budget is about.
+    for (StoredTrade::Point& one : points)
+        if (trade.front.empty() || one.error < trade.front.back().error) trade.front.push_back(std::move(one));
+    return trade;
+}
+
+}  // namespace umbriel

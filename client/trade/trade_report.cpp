@@ -1,0 +1,132 @@
+#include "client/trade/trade_report.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+namespace umbriel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json finite(double value) {
+    return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+template <class T>
+Json maybe(const std::optional<T>& value) {
+    return value ? Json(*value) : Json(nullptr);
+}
+
+// Name and value of everything that is known of a row; the names of the contract first.
+Json rowJson(const TradeRow& row) {
+    const TradeErrors& e = row.errors;
+    Json json = {{"technique", row.setting.technique},
+                 {"map_size", row.setting.mapSize},
+                 {"filter", maybe(row.setting.filter)},
+                 {"samples", maybe(row.setting.samples)},
+                 {"error", e.error.error()},
+                 {"leak", e.error.leak},
+                 {"acne", e.error.acne},
+                 {"edge_median_px", finite(e.edges.distance.median)},
+                 {"edge_p95_px", finite(e.edges.distance.percentile95)},
+                 {"rmse", e.error.rmse},
+                 {"wall_ms", row.cost.wallMilliseconds},
+                 {"cpu_ms", row.cost.cpuMilliseconds},
+                 {"map_bytes", row.cost.mapBytes},
+                 {"gpu_ms", row.cost.gpuMilliseconds > 0.0 ? Json(row.cost.gpuMilliseconds) : Json(nullptr)},
+                 {"cpu_ratio", row.cost.cpuRatio},
+                 {"frames", row.cost.frames},
+                 {"judged", e.error.judged},
+                 {"wrong_side", e.error.wrongSide},
+                 {"leak_away", e.error.leakAway},
+                 {"acne_away", e.error.acneAway},
+                 {"leak_beyond_texel", maybe(e.leakBeyondTexel)},
+                 {"acne_beyond_texel", maybe(e.acneBeyondTexel)},
+                 {"error_near", e.zoneErrors[0]},
+                 {"error_middle", e.zoneErrors[1]},
+                 {"error_far", e.zoneErrors[2]},
+                 {"edge_near_px", maybe(e.zoneEdges[0])},
+                 {"edge_middle_px", maybe(e.zoneEdges[1])},
+                 {"edge_far_px", maybe(e.zoneEdges[2])},
+                 {"mach_band", e.machBand},
+                 {"delta_e", e.deltaE},
+                 {"seam_jump", e.seamJump},
+                 {"flicker", maybe(e.flicker)},
+                 {"eye_mismatch", maybe(e.eyeMismatch)},
+                 {"on_front", row.onFront},
+                 {"chosen", row.chosen}};
+    std::string fields;
+    for (const auto& [field, value] : row.setting.fields) fields += (fields.empty() ? "" : ";") + field + "=" + value;
+    json["fields"] = fields;
+    return json;
+}
+
+}  // namespace
+
+std::string tradeJson(const TradeResult& result) {
+    Json rows = Json::array();
+    for (const TradeRow& row : result.rows) rows.push_back(rowJson(row));
+    const Json json = {{"scene", result.scene},
+                       {"version", result.version},
+                       {"machine", result.machine},
+                       {"size", {result.width, result.height}},
+                       {"judged_share", result.judgedShare},
+                       {"truth", result.truth},
+                       {"rows", rows},
+                       {"notes", result.notes}};
+    return json.dump(2) + "\n";
+}
+
+std::string tradeCsv(const TradeResult& result) {
+    std::string text;
+    for (const TradeRow& row : result.rows) {
+        const Json json = rowJson(row);
+        if (text.empty()) {
+            for (const auto& [name, value] : json.items()) text += (text.empty() ? "" : ",") + name;
+            text += '\n';
+        }
+        bool first = true;
+        for (const auto& [name, value] : json.items()) {
+            if (!first) text += ',';
+            first = false;
+            if (value.is_string()) {
+                std::string quoted = value.get<std::string>();
+                if (quoted.find_first_of(",\"\n") != std::string::npos) {
+                    for (std::size_t at = 0; (at = quoted.find('"', at)) != std::string::npos; at += 2)
+                        quoted.insert(at, 1, '"');
+                    quoted = '"' + quoted + '"';
+                }
+                text += quoted;
+            } else if (!value.is_null()) {
+                text += value.dump();
+            }
+        }
+        text += '\n';
+    }
+    return text;
+}
+
+void printTrade(const TradeResult& result, std::ostream& out) {
+    out << fmt::format("{}, {}x{}, {:.1f} % of the covered pixels judged; {}\n", result.scene, result.width,
+                       result.height, 100.0 * result.judgedShare, result.truth);
+    out << fmt::format("  {:<28} {:>8} {:>8} {:>8} {:>9} {:>7} {:>7} {:>8} {:>8} {:>9}\n", "setting", "error %",
+                       "leak %", "acne %", "edge px", "p95", "rmse", "wall ms", "cpu ms", "map KiB");
+    for (const TradeRow& row : result.rows) {
+        const ShadowError& e = row.errors.error;
+        const auto pixels = [](double value) {
+            return std::isfinite(value) ? fmt::format("{:.1f}", value) : std::string("-");
+        };
+        out << fmt::format("{} {:<28} {:>8.3f} {:>8.3f} {:>8.3f} {:>9} {:>7} {:>7.4f} {:>8.1f} {:>8.1f} {:>9}\n",
+                           row.chosen    ? '>'
+                           : row.onFront ? '*'
+                                         : ' ',
+                           labelOf(row.setting), 100.0 * e.error(), 100.0 * e.leak, 100.0 * e.acne,
+                           pixels(row.errors.edges.distance.median), pixels(row.errors.edges.distance.percentile95),
+                           e.rmse, row.cost.wallMilliseconds, row.cost.cpuMilliseconds, row.cost.mapBytes / 1024);
+    }
+    for (const std::string& note : result.notes) out << "  " << note << '\n';
+}
+
+}  // namespace umbriel

@@ -1,0 +1,139 @@
+#include "client/trade/trade_report.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "client/trade/trade_choice.h"
+
+namespace umbriel {
+namespace {
+
+TradeResult example() {
+    TradeResult result;
+    result.scene = "a <scene> & \"more\"";
+    result.width = 4;
+    result.height = 3;
+    result.truthFactors = FloatImage(4, 3, {"factor"}, 1.0f);
+    result.judged.assign(12, 1);
+    for (int i = 0; i < 3; ++i) {
+        TradeRow row;
+        row.setting = {i == 0 ? "none" : "std", 512u << i, {}, {}, {}};
+        row.errors.error.leak = 0.1 / (i + 1);
+        row.errors.error.acne = 0.01;
+        row.errors.error.judged = 12;
+        row.cost.cpuMilliseconds = 10.0 * (i + 1);
+        row.cost.wallMilliseconds = 12.0 * (i + 1);
+        row.factors = FloatImage(4, 3, {"factor"}, 0.0f);
+        result.rows.push_back(std::move(row));
+    }
+    result.rows[0].errors.edges.distance.median = std::numeric_limits<double>::infinity();
+    result.rows[2].setting.filter = 8.0;
+    result.rows[2].setting.samples = 6;
+    result.rows[2].setting.fields = {{"shadowColor", "0,0,0"}};
+    return result;
+}
+
+TEST(TradeReport, JsonHasTheRowsOfTheContract) {
+    const auto json = nlohmann::json::parse(tradeJson(example()));
+    ASSERT_EQ(json["rows"].size(), 3u);
+    for (const char* key : {"technique", "map_size", "filter", "samples", "error", "leak", "acne", "edge_median_px",
+                            "edge_p95_px", "rmse", "wall_ms", "cpu_ms", "map_bytes"})
+        for (const auto& row : json["rows"]) EXPECT_TRUE(row.contains(key)) << key;
+    EXPECT_TRUE(json["rows"][0]["edge_median_px"].is_null());
+    EXPECT_TRUE(json["rows"][0]["filter"].is_null());
+    EXPECT_EQ(json["rows"][2]["filter"], 8.0);
+    EXPECT_DOUBLE_EQ(json["rows"][1]["error"].get<double>(), 0.06);
+}
+
+TEST(TradeReport, CsvHasAsManyFieldsInEveryLine) {
+    std::istringstream lines(tradeCsv(example()));
+    std::string line;
+    std::vector<std::size_t> fields;
+    while (std::getline(lines, line)) {
+        std::size_t count = 1;
+        bool quoted = false;
+        for (const char c : line) {
+            if (c == '"') quoted = !quoted;
+            if (c == ',' && !quoted) ++count;
+        }
+        fields.push_back(count);
+    }
+    ASSERT_EQ(fields.size(), 4u);
+    for (const std::size_t count : fields) EXPECT_EQ(count, fields.front());
+}
+
+TEST(TradeReport, ThePageIsWholeAndNeedsNothingElse) {
+    const auto html = tradeHtml(example());
+    ASSERT_TRUE(html);
+    EXPECT_NE(html->find("a &lt;scene&gt; &amp; &quot;more&quot;"), std::string::npos);
+    EXPECT_EQ(html->find("<scene>"), std::string::npos);
+    EXPECT_EQ(html->find("http"), std::string::npos);
+    std::size_t pictures = 0;
+    for (std::size_t at = 0; (at = html->find("data:image/png;base64,iVBOR", at)) != std::string::npos; ++at)
+        ++pictures;
+    EXPECT_EQ(pictures, 9u);
+    EXPECT_TRUE(html->ends_with("</html>\n"));
+    EXPECT_EQ(html->find("nan"), std::string::npos);
+}
+
+TEST(TradeReport, WithoutRowsThereIsStillAPage) {
+    TradeResult result;
+    EXPECT_TRUE(tradeHtml(result));
+    EXPECT_EQ(tradeCsv(result), "");
+}
+
+class StoredTradeFile : public testing::Test {
+ protected:
+    StoredTradeFile()
+        : folder(std::filesystem::temp_directory_path() / ("umbriel-trade-" + std::to_string(::getpid()))) {
+        std::filesystem::create_directories(folder);
+    }
+    ~StoredTradeFile() override { std::filesystem::remove_all(folder); }
+    std::filesystem::path folder;
+};
+
+TEST_F(StoredTradeFile, ComesBackAsItWas) {
+    const StoredTrade stored = storedTrade(example(), 2);
+    ASSERT_EQ(stored.front.size(), 3u);
+    const auto path = folder / "x.gltf.umtrade.json";
+    ASSERT_TRUE(writeTrade(path, stored));
+    const auto read = readTrade(path);
+    ASSERT_TRUE(read);
+    ASSERT_TRUE(read->has_value());
+    EXPECT_EQ((*read)->scene, stored.scene);
+    EXPECT_EQ(labelOf((*read)->chosen.setting), labelOf(stored.chosen.setting));
+    ASSERT_EQ((*read)->front.size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(labelOf((*read)->front[i].setting), labelOf(stored.front[i].setting));
+        EXPECT_EQ((*read)->front[i].wallMilliseconds, stored.front[i].wallMilliseconds);
+    }
+}
+
+TEST_F(StoredTradeFile, IsNoneWhereThereIsNoneAndAnErrorWhereItIsBroken) {
+    const auto none = readTrade(folder / "absent.umtrade.json");
+    ASSERT_TRUE(none);
+    EXPECT_FALSE(none->has_value());
+    for (const char* text :
+         {"", "[]", "{", "{}", "{\"umbriel_trade\": 2}", "{\"umbriel_trade\": 1, \"scene\": \"s\", \"chosen\": {}}",
+          "{\"umbriel_trade\": 1, \"scene\": 5, \"chosen\": {}, \"front\": []}"}) {
+        std::ofstream(folder / "bad.umtrade.json") << text;
+        const auto bad = readTrade(folder / "bad.umtrade.json");
+        ASSERT_TRUE(bad.has_error()) << text;
+        EXPECT_EQ(bad.error().kind, Error::Kind::BadInput);
+        EXPECT_NE(bad.error().message.find("bad.umtrade.json"), std::string::npos);
+    }
+}
+
+TEST(StoredTradePath, IsBesideFilesAndHereForDemos) {
+    EXPECT_EQ(tradeFileOf("a/b.gltf"), "a/b.gltf.umtrade.json");
+    EXPECT_EQ(tradeFileOf("demo:city?n=5"), "demo-city-n-5.umtrade.json");
+}
+
+}  // namespace
+}  // namespace umbriel
