@@ -378,10 +378,8 @@ void ShardCoordinator::shardFailed(std::size_t number, std::size_t server, const
     shard.failedOn.insert(server);
     _notices.push_back(fmt::format("{} fails with shard {}: {}", nameOf(server), number, reason));
     strike(server, reason);
-    const auto others = std::ranges::any_of(_servers, [&](const Server& one) {
-        return one.usable() && !shard.failedOn.contains(static_cast<std::size_t>(&one - _servers.data()));
-    });
-    if (shard.done || shard.failures < kMostFailures || (others && shard.failedOn.size() < 2)) return;
+    if (shard.done || shard.failures < kMostFailures || (shard.failedOn.size() < 2 && hasUsableBeside(shard.failedOn)))
+        return;
     shard.quarantined = true;
     _open.erase(number);
     _lastQuarantine =
@@ -406,6 +404,7 @@ void ShardCoordinator::advance(TimePoint now) {
         _notices.push_back(fmt::format("{} shows no sign of life with shard {}: it is given out again", nameOf(server),
                                        attempt.shard));
         cancel(attempt);
+        _shards[attempt.shard].failedOn.insert(server);
         giveBack(_attempts.begin() + static_cast<std::ptrdiff_t>(i), true);
         strike(server, "its leases end");
     }
@@ -460,34 +459,38 @@ std::optional<ShardCoordinator::Order> ShardCoordinator::nextOrder() {
 }
 
 void ShardCoordinator::giveOut(TimePoint now) {
-    for (;;) {
-        // The one with the least to do, in the order of the list: small bakes reach all servers.
-        std::optional<std::size_t> next;
-        double least = 0.0;
+    // Those with the least to do first, in the order of the list: small bakes reach all servers.
+    const auto giveOne = [&] {
+        std::vector<std::pair<double, std::size_t>> room;
         for (std::size_t i = 0; i < _servers.size(); ++i) {
-            const Server& server = _servers[i];
             const std::size_t has = outstanding(i);
-            if (!server.usable() || has >= windowOf(server)) continue;
-            const double load = static_cast<double>(has) / server.slots;
-            if (next && load >= least) continue;
-            next = i;
-            least = load;
+            if (_servers[i].usable() && has < windowOf(_servers[i]))
+                room.emplace_back(static_cast<double>(has) / _servers[i].slots, i);
         }
-        if (!next || !giveTo(*next, now)) break;
-    }
+        std::ranges::sort(room);
+        return std::ranges::any_of(room, [&](const auto& one) { return giveTo(one.second, now); });
+    };
+    while (!_open.empty() && giveOne()) continue;
     if (!_open.empty()) return;
     for (std::size_t i = 0; i < _servers.size(); ++i)
         if (_servers[i].usable() && outstanding(i) < _servers[i].slots) takeOver(i, now);
 }
 
 bool ShardCoordinator::giveTo(std::size_t server, TimePoint now) {
-    // One that has failed here goes elsewhere first.
-    const auto fresh =
-        std::ranges::find_if(_open, [&](std::size_t shard) { return !_shards[shard].failedOn.contains(server); });
-    if (fresh == _open.end() && _open.empty()) return false;
-    const std::size_t shard = fresh != _open.end() ? *fresh : *_open.begin();
-    bake(server, shard, false, now);
+    // One that has failed here goes elsewhere, if there is an elsewhere.
+    const auto next = std::ranges::find_if(_open, [&](std::size_t shard) {
+        const auto& failedOn = _shards[shard].failedOn;
+        return !failedOn.contains(server) || !hasUsableBeside(failedOn);
+    });
+    if (next == _open.end()) return false;
+    bake(server, *next, false, now);
     return true;
+}
+
+bool ShardCoordinator::hasUsableBeside(const std::set<std::size_t>& servers) const {
+    for (std::size_t i = 0; i < _servers.size(); ++i)
+        if (_servers[i].usable() && !servers.contains(i)) return true;
+    return false;
 }
 
 void ShardCoordinator::bake(std::size_t server, std::size_t number, bool audit, TimePoint now) {

@@ -23,7 +23,7 @@ struct CoordinatorOptions {
     Duration patience = std::chrono::seconds(30);      // without any server that bakes
     double auditShare = 0.02;                          // of the shards, baked again by another server
     std::uint64_t auditSeed = 0;                       // decides which
-    std::string bakeClass;                             // of what is done already; empty: decided here
+    std::string bakeClass{};                           // of what is done already; empty: decided here
 };
 
 // Who bakes which shard on a cluster: a state machine without threads, sockets, disk or a clock of its own. Shards are
@@ -121,7 +121,7 @@ class ShardCoordinator {
         std::uint32_t attempts = 0;
         int failures = 0;
         int losses = 0;
-        std::set<std::size_t> failedOn;
+        std::set<std::size_t> failedOn;  // or never came back from
         bool auditWanted = false;
     };
     struct Attempt {
@@ -148,6 +148,7 @@ class ShardCoordinator {
     bool isUsableClass(std::size_t server);
     void decideClass(TimePoint now);
     void giveOut(TimePoint now);
+    bool hasUsableBeside(const std::set<std::size_t>& servers) const;
     bool giveTo(std::size_t server, TimePoint now);
     void bake(std::size_t server, std::size_t shard, bool audit, TimePoint now);
     bool takeOver(std::size_t server, TimePoint now);
