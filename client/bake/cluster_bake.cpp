@@ -212,6 +212,10 @@ class Run {
             _coordinator.spoilt(news.peer, shard, sound.error().message);
             return {};
         }
+        if (_coordinator.isDone(shard)) {
+            _coordinator.dissented(news.peer, shard);
+            return {};
+        }
         if (const auto written = _store->write(shard, bytes); !written) return written;
         if (const auto noted = _store->set(shard, Ledger::State::Done); !noted) return noted;
         _outcome.rays += _store->rowsOf(shard) * visibility::pixelCount(_job.settings.mapping);

@@ -271,23 +271,14 @@ void ShardCoordinator::resultOf(JobPeer peer, std::size_t number, const wire::Jo
         _durations[_durationCount++ % kDurations] = now - attempt->since;
     }
     attempt->leased = false;  // the lease has been kept
-    _servers[peer.server].strikes = 0;
-    // What is known of the shard already: recorded, or on its way from another attempt.
-    const auto other = std::ranges::find_if(_attempts, [&](const Attempt& one) {
-        return one.shard == number && one.result.bytes > 0 && one.number != done.attempt;
-    });
-    const std::optional<Hash128> known = shard.done                 ? shard.hash
-                                         : other != _attempts.end() ? std::optional(other->result.hash)
-                                                                    : std::nullopt;
-    if (known && *known != done.result) {
-        const std::optional<std::size_t> by = shard.done ? shard.by : other->server;
-        _disputed = number;
-        return fail(
-            fmt::format("shard {} differs between {} and {}: one of them computes wrongly, and nothing it has "
-                        "made may be trusted",
-                        number, by ? nameOf(*by) : "an earlier run", nameOf(peer.server)));
-    }
-    if (shard.done || known) {
+    // The same is known already, recorded or on its way. What differs is fetched: it may be garbage, or that may be.
+    const bool known = shard.done
+                           ? !shard.hash || *shard.hash == done.result
+                           : std::ranges::any_of(_attempts, [&](const Attempt& one) {
+                                 return one.shard == number && one.result.bytes > 0 && one.result.hash == done.result;
+                             });
+    if (known) {
+        if (shard.done) _servers[peer.server].strikes = 0;
         if (shard.done && attempt->audit && shard.by != peer.server) {
             ++_audited;
             shard.auditWanted = false;
@@ -329,27 +320,43 @@ std::optional<std::uint64_t> ShardCoordinator::fetched(JobPeer peer, const Hash1
 
 void ShardCoordinator::stored(JobPeer peer, std::size_t number, TimePoint now) {
     Shard& shard = _shards[number];
+    const auto taken = fetching(peer, number);
+    shard.hash = taken->result.hash;
+    shard.by = peer.server;
+    shard.done = true;
+    _servers[peer.server].strikes = 0;
+    _attempts.erase(taken);
+    _open.erase(number);
     for (std::size_t i = _attempts.size(); i-- > 0;) {
-        if (_attempts[i].shard != number) continue;
-        if (_attempts[i].fetching)
-            shard.hash = _attempts[i].result.hash;
-        else
-            cancel(_attempts[i]);
+        const Attempt& other = _attempts[i];
+        // What differs is looked at.
+        if (other.shard != number || (other.result.bytes > 0 && other.result.hash != *shard.hash)) continue;
+        cancel(other);
         _attempts.erase(_attempts.begin() + static_cast<std::ptrdiff_t>(i));
     }
-    shard.done = true;
-    shard.by = peer.server;
-    _open.erase(number);
     fetchNext();
     advance(now);
 }
 
-void ShardCoordinator::spoilt(JobPeer peer, std::size_t number, const std::string& reason) {
+void ShardCoordinator::dissented(JobPeer peer, std::size_t number) {
+    const auto& by = _shards[number].by;
+    _disputed = number;
+    fail(
+        fmt::format("shard {} differs between {} and {}: one of them computes wrongly, and nothing it has made may be "
+                    "trusted",
+                    number, by ? nameOf(*by) : "an earlier run", nameOf(peer.server)));
+}
+
+ShardCoordinator::Attempts::iterator ShardCoordinator::fetching(JobPeer peer, std::size_t number) {
     const auto attempt = std::ranges::find_if(_attempts, [&](const Attempt& one) {
         return one.shard == number && one.server == peer.server && one.fetching;
     });
-    UMBRIEL_ASSERT(attempt != _attempts.end(), "only what was fetched can be spoilt");
-    giveBack(attempt, true);
+    UMBRIEL_ASSERT(attempt != _attempts.end(), "an answer to what was fetched");
+    return attempt;
+}
+
+void ShardCoordinator::spoilt(JobPeer peer, std::size_t number, const std::string& reason) {
+    giveBack(fetching(peer, number), true);
     shardFailed(number, peer.server, reason);
     fetchNext();
 }
@@ -378,8 +385,9 @@ void ShardCoordinator::shardFailed(std::size_t number, std::size_t server, const
     shard.failedOn.insert(server);
     _notices.push_back(fmt::format("{} fails with shard {}: {}", nameOf(server), number, reason));
     strike(server, reason);
-    if (shard.done || shard.failures < kMostFailures || (shard.failedOn.size() < 2 && hasUsableBeside(shard.failedOn)))
-        return;
+    // Only servers that otherwise work may condemn it, and all of them must.
+    const bool believed = std::ranges::any_of(shard.failedOn, [&](std::size_t one) { return _servers[one].usable(); });
+    if (shard.done || shard.failures < kMostFailures || !believed || hasUsableBeside(shard.failedOn)) return;
     shard.quarantined = true;
     _open.erase(number);
     _lastQuarantine =
@@ -516,7 +524,8 @@ void ShardCoordinator::bake(std::size_t server, std::size_t number, bool audit, 
 // Work for a server that would idle: an audit, what waits behind other work elsewhere, what takes very long elsewhere.
 bool ShardCoordinator::takeOver(std::size_t server, TimePoint now) {
     for (std::size_t i = 0; i < _shards.size(); ++i) {
-        if (!_shards[i].auditWanted || !_shards[i].done || _shards[i].by == server) continue;
+        const Shard& shard = _shards[i];
+        if (!shard.auditWanted || !shard.done || shard.by == server || shard.failedOn.contains(server)) continue;
         if (std::ranges::any_of(_attempts, [&](const Attempt& one) { return one.shard == i; })) continue;
         bake(server, i, true, now);
         return true;
@@ -554,13 +563,16 @@ void ShardCoordinator::settle(TimePoint) {
         Shard& shard = _shards[i];
         if (!shard.auditWanted || !shard.done) continue;
         const bool possible = std::ranges::any_of(_servers, [&](const Server& one) {
-            const bool other = shard.by != static_cast<std::size_t>(&one - _servers.data());
-            return other && !one.benched && (one.usable() || one.state == Server::State::Preparing);
+            const auto index = static_cast<std::size_t>(&one - _servers.data());
+            return shard.by != index && !shard.failedOn.contains(index) && !one.benched &&
+                   (one.usable() || one.state == Server::State::Preparing);
         });
         if (possible) return;
         shard.auditWanted = false;
         _notices.push_back(fmt::format("shard {} is not audited: no other server is there", i));
     }
+    // What is on its way may differ.
+    if (std::ranges::any_of(_attempts, [](const Attempt& one) { return one.result.bytes > 0; })) return;
     for (const Attempt& attempt : _attempts) cancel(attempt);
     _attempts.clear();
     _finished = true;

@@ -28,10 +28,10 @@ struct CoordinatorOptions {
 
 // Who bakes which shard on a cluster: a state machine without threads, sockets, disk or a clock of its own. Shards are
 // leased to servers that are ready, a few ahead of what each works on. A lease ends with its session or without a sign
-// of life; the shard is then given out again, as often as it takes. A shard that fails by itself is tried three times,
-// on other servers if there are any; a server that fails three times in a row gets no more. A shard is a pure function,
-// so whichever attempt brings it first counts, and another that differs is an error: the bake stops. When nothing is
-// left to give out, an idle server takes over what waits elsewhere or takes far longer than usual, and does the audits.
+// of life; the shard is then given out again, as often as it takes. A shard that fails by itself is tried three times
+// and on every server; a server that fails three times in a row gets no more. A shard is a pure function, so whichever
+// attempt brings it first counts, and another that differs is an error: the bake stops. When nothing is left to give
+// out, an idle server takes over what waits elsewhere or takes far longer than usual, and does the audits.
 class ShardCoordinator {
  public:
     static constexpr std::uint64_t kPrepareJob = 0;
@@ -70,11 +70,13 @@ class ShardCoordinator {
     void leased(protocol::JobPeer peer, const wire::JobLease& lease, TimePoint now);
     void jobDone(protocol::JobPeer peer, const wire::JobDone& done, TimePoint now);
     // What a fetched result is; none when nobody needs it any more. The answer is ready() or refused() for a server's
-    // readiness (kPrepareJob), stored() or spoilt() for a shard.
+    // readiness (kPrepareJob); spoilt() for a file that is not the shard, else stored(), or dissented() for a shard
+    // that is done already: what is the same is not fetched.
     std::optional<std::uint64_t> fetched(protocol::JobPeer peer, const Hash128& result);
     void ready(protocol::JobPeer peer, const std::string& bakeClass, std::uint32_t slots, TimePoint now);
     void refused(protocol::JobPeer peer, const std::string& reason);
     void stored(protocol::JobPeer peer, std::size_t shard, TimePoint now);
+    void dissented(protocol::JobPeer peer, std::size_t shard);
     void spoilt(protocol::JobPeer peer, std::size_t shard, const std::string& reason);
 
     void advance(TimePoint now);
@@ -145,6 +147,7 @@ class ShardCoordinator {
     std::size_t attemptsOf(std::size_t shard) const;
     std::size_t windowOf(const Server& server) const { return server.slots + 2; }
     Attempts::iterator find(std::size_t shard, std::uint32_t number);
+    Attempts::iterator fetching(protocol::JobPeer peer, std::size_t shard);
     bool isUsableClass(std::size_t server);
     void decideClass(TimePoint now);
     void giveOut(TimePoint now);

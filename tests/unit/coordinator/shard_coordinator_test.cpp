@@ -92,6 +92,10 @@ class Coordinator : public ::testing::Test {
             for (const Hash128& hash : std::exchange(fetches[server], {})) {
                 const auto job = coordinator->fetched(peer(server), hash);
                 if (!job) continue;
+                if (coordinator->isDone(*job - 1)) {
+                    coordinator->dissented(peer(server), *job - 1);
+                    continue;
+                }
                 coordinator->stored(peer(server), *job - 1, now);
                 ++stored[*job - 1];
             }
@@ -236,6 +240,14 @@ TEST_F(Coordinator, TwoResultsOfAShardThatDifferStopTheBake) {
     EXPECT_GT(again.second, attempt);
     finish(1, shard, again.second, honest(shard));
     finish(0, shard, attempt, {4, 4});
+    EXPECT_FALSE(coordinator->error());
+    // Whichever comes first counts.
+    const auto late = std::exchange(fetches[0], {});
+    deliver();
+    EXPECT_EQ(stored[shard], 1);
+    EXPECT_FALSE(coordinator->isFinished());
+    fetches[0] = late;
+    deliver();
     ASSERT_TRUE(coordinator->error());
     EXPECT_NE(coordinator->error()->message.find("shard 0 differs between server 's1' and server 's0'"),
               std::string::npos)
@@ -264,8 +276,27 @@ TEST_F(Coordinator, AnAuditThatDiffersIsAnError) {
     ASSERT_TRUE(work(0));
     ASSERT_EQ(offered[1].size(), 1u);
     finish(1, 0, offered[1].front().second, {5, 5});
+    deliver();
     ASSERT_TRUE(coordinator->error());
     EXPECT_EQ(coordinator->disputedShard(), 0u);
+}
+
+TEST_F(Coordinator, GarbageInAnAuditIsItsServersFault) {
+    make(3, 1, {.auditShare = 1.0});
+    for (std::size_t i = 0; i < 3; ++i) join(i);
+    begin();
+    ASSERT_TRUE(work(0));
+    ASSERT_EQ(offered[1].size(), 1u);
+    finish(1, 0, offered[1].front().second, {5, 5});
+    ASSERT_TRUE(coordinator->fetched(peer(1), {5, 5}));
+    coordinator->spoilt(peer(1), 0, "truncated");
+    coordinator->advance(now);
+    take();
+    ASSERT_EQ(offered[2].size(), 1u);
+    work(2);
+    EXPECT_TRUE(coordinator->isFinished());
+    EXPECT_FALSE(coordinator->error());
+    EXPECT_EQ(coordinator->audited(), 1u);
 }
 
 TEST_F(Coordinator, OneServerAloneAuditsNothingAndSaysSo) {
