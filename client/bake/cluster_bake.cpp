@@ -71,7 +71,7 @@ class Run {
             return _store ? _store->withAdvice(done.error()) : done.error();
         }
         auto written = _store->finish();
-        if (!written) return written.error();
+        if (!written) return _store->withAdvice(written.error());
         _outcome.sha256 = *written;
         _outcome.shards = static_cast<std::uint32_t>(_planned.size());
         _outcome.redone = _redoneBefore + _coordinator.redone();
