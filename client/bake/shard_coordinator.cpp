@@ -29,7 +29,7 @@ constexpr std::size_t kDurations = 31;
 }  // namespace
 
 ShardCoordinator::ShardCoordinator(CoordinatorOptions options, std::size_t servers, TimePoint now)
-    : _options(std::move(options)), _servers(servers), _lastUsable(now), _now(now) {}
+    : _options(std::move(options)), _servers(servers), _lastUsable(now), _lastProgress(now), _now(now) {}
 
 bool ShardCoordinator::isAudited(std::size_t shard) const {
     const std::array<std::uint64_t, 2> key{_options.auditSeed, shard};
@@ -136,6 +136,7 @@ void ShardCoordinator::ready(JobPeer peer, const std::string& bakeClass, std::ui
     server.state = Server::State::Ready;
     server.bakeClass = bakeClass;
     server.slots = std::max(1u, slots);
+    _lastProgress = now;
     if (!_firstReady) _firstReady = now;
     if (!_options.bakeClass.empty()) isUsableClass(peer.server);
     advance(now);
@@ -324,6 +325,7 @@ void ShardCoordinator::stored(JobPeer peer, std::size_t number, TimePoint now) {
     shard.hash = taken->result.hash;
     shard.by = peer.server;
     shard.done = true;
+    _lastProgress = now;
     _servers[peer.server].strikes = 0;
     _attempts.erase(taken);
     _open.erase(number);
@@ -427,6 +429,7 @@ void ShardCoordinator::advance(TimePoint now) {
         settle(now);
     }
     if (!isFinished()) checkServers(now);
+    if (!isFinished()) remind(now);
 }
 
 void ShardCoordinator::checkServers(TimePoint now) {
@@ -448,9 +451,30 @@ void ShardCoordinator::checkServers(TimePoint now) {
     }
 }
 
+void ShardCoordinator::remind(TimePoint now) {
+    if (now < _lastProgress + _options.reminder) return;
+    _lastProgress = now;
+    std::string who;
+    for (std::size_t i = 0; i < _servers.size(); ++i) {
+        const Server& server = _servers[i];
+        const std::size_t has = outstanding(i);
+        if (!who.empty()) who += ", ";
+        who += nameOf(i);
+        if (server.benched || server.state == Server::State::Refused)
+            who += " takes no part";
+        else if (server.state == Server::State::Away)
+            who += " is not there";
+        else if (server.state == Server::State::Preparing)
+            who += " is getting ready";
+        else
+            who += fmt::format(" has {} shards", has);
+    }
+    _notices.push_back(fmt::format("nothing was finished for {:.0f} s: {}", toSeconds(_options.reminder), who));
+}
+
 TimePoint ShardCoordinator::deadline() const {
     if (isFinished()) return TimePoint::max();
-    TimePoint earliest = _lastUsable + _options.patience;
+    TimePoint earliest = std::min(_lastUsable + _options.patience, _lastProgress + _options.reminder);
     if (bakeClass().empty() && _firstReady) earliest = std::min(earliest, *_firstReady + _options.classPatience);
     for (const Attempt& attempt : _attempts)
         if (attempt.leased) earliest = std::min(earliest, attempt.deadline);

@@ -17,10 +17,13 @@
 namespace umbriel {
 
 struct CoordinatorOptions {
-    Duration lease = std::chrono::seconds(30);         // of a shard: so long without a sign of life
+    // Of a shard: so long without a sign of life. A dead server is known by its silence; this is for one whose work
+    // hangs, and must not take starving for that: idle threads on a busy machine get a thousandth of a processor.
+    Duration lease = std::chrono::minutes(2);
     Duration prepareLease = std::chrono::minutes(30);  // of mesh and tree, which show none while they are built
     Duration classPatience = std::chrono::seconds(3);  // for servers that get ready after the first
     Duration patience = std::chrono::seconds(30);      // without any server that bakes
+    Duration reminder = std::chrono::seconds(20);      // says what is waited for when nothing has happened for so long
     double auditShare = 0.02;                          // of the shards, baked again by another server
     std::uint64_t auditSeed = 0;                       // decides which
     std::string bakeClass{};                           // of what is done already; empty: decided here
@@ -164,6 +167,7 @@ class ShardCoordinator {
     void resultOf(protocol::JobPeer peer, std::size_t shard, const wire::JobDone& done, TimePoint now);
     void settle(TimePoint now);
     void checkServers(TimePoint now);
+    void remind(TimePoint now);
     void fail(std::string message);
 
     CoordinatorOptions _options;
@@ -178,6 +182,7 @@ class ShardCoordinator {
     std::set<std::size_t> _participants;
     std::optional<TimePoint> _firstReady;
     TimePoint _lastUsable;
+    TimePoint _lastProgress;  // or reminder
     TimePoint _now;
     bool _started = false;
     bool _finished = false;

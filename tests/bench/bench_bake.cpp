@@ -119,7 +119,7 @@ void drawing(const Report& report, const Subject& subject, const std::string& sc
         std::atomic<std::uint64_t> blocks{0};
         std::atomic<bool> begun{false}, over{false};
         std::thread bake([&] {
-            ClusterBakeOptions options{.out = folder / fmt::format("drawing{}.umvis", round), .shards = 1000};
+            ClusterBakeOptions options{.out = folder / fmt::format("{}{}.umvis", priority, round), .shards = 1000};
             options.coordinator.auditShare = 0.0;
             options.progress = [&](std::uint64_t done, std::uint64_t) {
                 blocks = done;

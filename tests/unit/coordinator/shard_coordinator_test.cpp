@@ -25,6 +25,7 @@ class Coordinator : public ::testing::Test {
  protected:
     void make(std::size_t servers, std::size_t shards, CoordinatorOptions options = {}) {
         if (options.auditShare == CoordinatorOptions{}.auditShare) options.auditShare = 0.0;
+        options.lease = 30s;
         shardCount = shards;
         coordinator.emplace(options, servers, now);
     }
@@ -353,6 +354,23 @@ TEST_F(Coordinator, NobodyOfThisClassIsAnErrorThatNamesThem) {
     ASSERT_TRUE(coordinator->error());
     EXPECT_NE(coordinator->error()->message.find("'s0'"), std::string::npos);
     EXPECT_NE(coordinator->error()->message.find("\"third\""), std::string::npos) << coordinator->error()->message;
+}
+
+TEST_F(Coordinator, WhoeverKeepsTheBakeWaitingIsNamedNowAndThen) {
+    make(3, 5);
+    join(0);
+    coordinator->sessionBegun(peer(1), "s1", now);
+    pass(3s);
+    begin();
+    pass(10s);
+    EXPECT_EQ(notices, "");
+    pass(10s);
+    EXPECT_NE(notices.find("server 's0' has 3 shards, server 's1' is getting ready, server 3 is not there"),
+              std::string::npos)
+        << notices;
+    notices.clear();
+    pass(10s);
+    EXPECT_EQ(notices, "");
 }
 
 TEST_F(Coordinator, NoServerForTooLongIsAnError) {
