@@ -181,7 +181,8 @@ Result<Outcome> bakeThere(const BakeArguments& a, visibility::Mesh loaded, const
         cluster.local = *a.local;
         const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
         const int threads = a.threads > 0 ? a.threads : std::max(1, cores / *a.local);
-        cluster.serverArguments = {"--bake-threads", fmt::format("{}", threads)};
+        // They are there for this alone.
+        cluster.serverArguments = {"--bake-threads", fmt::format("{}", threads), "--bake-priority", "normal"};
     } else {
         const auto servers = parseServers(a.servers);
         if (!servers) return servers.error();

@@ -71,7 +71,7 @@ class Run {
             return _store ? _store->withAdvice(done.error()) : done.error();
         }
         auto written = _store->finish();
-        if (!written) return written.error();
+        if (!written) return _store->withAdvice(written.error());
         _outcome.sha256 = *written;
         _outcome.shards = static_cast<std::uint32_t>(_planned.size());
         _outcome.redone = _redoneBefore + _coordinator.redone();
@@ -210,6 +210,10 @@ class Run {
         const std::string what = fmt::format("what server '{}' sends", _names[news.peer.server]);
         if (const auto sound = _store->check(shard, bytes, what); !sound) {
             _coordinator.spoilt(news.peer, shard, sound.error().message);
+            return {};
+        }
+        if (_coordinator.isDone(shard)) {
+            _coordinator.dissented(news.peer, shard);
             return {};
         }
         if (const auto written = _store->write(shard, bytes); !written) return written;

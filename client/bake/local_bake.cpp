@@ -176,7 +176,7 @@ Result<LocalBakeOutcome> bakeLocally(const visibility::BakeMesh& mesh, const Bak
         return store->withAdvice(baked.error());
     outcome.rays = std::min(blocksDone * kRowsPerBlock, outcome.rows) * visibility::pixelCount(settings.mapping);
     auto written = store->finish();
-    if (!written) return written.error();
+    if (!written) return store->withAdvice(written.error());
     outcome.sha256 = *written;
     outcome.seconds = toSeconds(SteadyClock{}.now() - begin);
     outcome.cpuSeconds = processorSeconds() - cpuBegin;

@@ -29,7 +29,7 @@ constexpr std::size_t kDurations = 31;
 }  // namespace
 
 ShardCoordinator::ShardCoordinator(CoordinatorOptions options, std::size_t servers, TimePoint now)
-    : _options(std::move(options)), _servers(servers), _lastUsable(now), _now(now) {}
+    : _options(std::move(options)), _servers(servers), _lastUsable(now), _lastProgress(now), _now(now) {}
 
 bool ShardCoordinator::isAudited(std::size_t shard) const {
     const std::array<std::uint64_t, 2> key{_options.auditSeed, shard};
@@ -136,6 +136,7 @@ void ShardCoordinator::ready(JobPeer peer, const std::string& bakeClass, std::ui
     server.state = Server::State::Ready;
     server.bakeClass = bakeClass;
     server.slots = std::max(1u, slots);
+    _lastProgress = now;
     if (!_firstReady) _firstReady = now;
     if (!_options.bakeClass.empty()) isUsableClass(peer.server);
     advance(now);
@@ -271,23 +272,14 @@ void ShardCoordinator::resultOf(JobPeer peer, std::size_t number, const wire::Jo
         _durations[_durationCount++ % kDurations] = now - attempt->since;
     }
     attempt->leased = false;  // the lease has been kept
-    _servers[peer.server].strikes = 0;
-    // What is known of the shard already: recorded, or on its way from another attempt.
-    const auto other = std::ranges::find_if(_attempts, [&](const Attempt& one) {
-        return one.shard == number && one.result.bytes > 0 && one.number != done.attempt;
-    });
-    const std::optional<Hash128> known = shard.done                 ? shard.hash
-                                         : other != _attempts.end() ? std::optional(other->result.hash)
-                                                                    : std::nullopt;
-    if (known && *known != done.result) {
-        const std::optional<std::size_t> by = shard.done ? shard.by : other->server;
-        _disputed = number;
-        return fail(
-            fmt::format("shard {} differs between {} and {}: one of them computes wrongly, and nothing it has "
-                        "made may be trusted",
-                        number, by ? nameOf(*by) : "an earlier run", nameOf(peer.server)));
-    }
-    if (shard.done || known) {
+    // The same is known already, recorded or on its way. What differs is fetched: it may be garbage, or that may be.
+    const bool known = shard.done
+                           ? !shard.hash || *shard.hash == done.result
+                           : std::ranges::any_of(_attempts, [&](const Attempt& one) {
+                                 return one.shard == number && one.result.bytes > 0 && one.result.hash == done.result;
+                             });
+    if (known) {
+        if (shard.done) _servers[peer.server].strikes = 0;
         if (shard.done && attempt->audit && shard.by != peer.server) {
             ++_audited;
             shard.auditWanted = false;
@@ -329,27 +321,44 @@ std::optional<std::uint64_t> ShardCoordinator::fetched(JobPeer peer, const Hash1
 
 void ShardCoordinator::stored(JobPeer peer, std::size_t number, TimePoint now) {
     Shard& shard = _shards[number];
+    const auto taken = fetching(peer, number);
+    shard.hash = taken->result.hash;
+    shard.by = peer.server;
+    shard.done = true;
+    _lastProgress = now;
+    _servers[peer.server].strikes = 0;
+    _attempts.erase(taken);
+    _open.erase(number);
     for (std::size_t i = _attempts.size(); i-- > 0;) {
-        if (_attempts[i].shard != number) continue;
-        if (_attempts[i].fetching)
-            shard.hash = _attempts[i].result.hash;
-        else
-            cancel(_attempts[i]);
+        const Attempt& other = _attempts[i];
+        // What differs is looked at.
+        if (other.shard != number || (other.result.bytes > 0 && other.result.hash != *shard.hash)) continue;
+        cancel(other);
         _attempts.erase(_attempts.begin() + static_cast<std::ptrdiff_t>(i));
     }
-    shard.done = true;
-    shard.by = peer.server;
-    _open.erase(number);
     fetchNext();
     advance(now);
 }
 
-void ShardCoordinator::spoilt(JobPeer peer, std::size_t number, const std::string& reason) {
+void ShardCoordinator::dissented(JobPeer peer, std::size_t number) {
+    const auto& by = _shards[number].by;
+    _disputed = number;
+    fail(
+        fmt::format("shard {} differs between {} and {}: one of them computes wrongly, and nothing it has made may be "
+                    "trusted",
+                    number, by ? nameOf(*by) : "an earlier run", nameOf(peer.server)));
+}
+
+ShardCoordinator::Attempts::iterator ShardCoordinator::fetching(JobPeer peer, std::size_t number) {
     const auto attempt = std::ranges::find_if(_attempts, [&](const Attempt& one) {
         return one.shard == number && one.server == peer.server && one.fetching;
     });
-    UMBRIEL_ASSERT(attempt != _attempts.end(), "only what was fetched can be spoilt");
-    giveBack(attempt, true);
+    UMBRIEL_ASSERT(attempt != _attempts.end(), "an answer to what was fetched");
+    return attempt;
+}
+
+void ShardCoordinator::spoilt(JobPeer peer, std::size_t number, const std::string& reason) {
+    giveBack(fetching(peer, number), true);
     shardFailed(number, peer.server, reason);
     fetchNext();
 }
@@ -378,10 +387,9 @@ void ShardCoordinator::shardFailed(std::size_t number, std::size_t server, const
     shard.failedOn.insert(server);
     _notices.push_back(fmt::format("{} fails with shard {}: {}", nameOf(server), number, reason));
     strike(server, reason);
-    const auto others = std::ranges::any_of(_servers, [&](const Server& one) {
-        return one.usable() && !shard.failedOn.contains(static_cast<std::size_t>(&one - _servers.data()));
-    });
-    if (shard.done || shard.failures < kMostFailures || (others && shard.failedOn.size() < 2)) return;
+    // Only servers that otherwise work may condemn it, and all of them must.
+    const bool believed = std::ranges::any_of(shard.failedOn, [&](std::size_t one) { return _servers[one].usable(); });
+    if (shard.done || shard.failures < kMostFailures || !believed || hasUsableBeside(shard.failedOn)) return;
     shard.quarantined = true;
     _open.erase(number);
     _lastQuarantine =
@@ -406,6 +414,7 @@ void ShardCoordinator::advance(TimePoint now) {
         _notices.push_back(fmt::format("{} shows no sign of life with shard {}: it is given out again", nameOf(server),
                                        attempt.shard));
         cancel(attempt);
+        _shards[attempt.shard].failedOn.insert(server);
         giveBack(_attempts.begin() + static_cast<std::ptrdiff_t>(i), true);
         strike(server, "its leases end");
     }
@@ -420,6 +429,7 @@ void ShardCoordinator::advance(TimePoint now) {
         settle(now);
     }
     if (!isFinished()) checkServers(now);
+    if (!isFinished()) remind(now);
 }
 
 void ShardCoordinator::checkServers(TimePoint now) {
@@ -441,9 +451,30 @@ void ShardCoordinator::checkServers(TimePoint now) {
     }
 }
 
+void ShardCoordinator::remind(TimePoint now) {
+    if (now < _lastProgress + _options.reminder) return;
+    _lastProgress = now;
+    std::string who;
+    for (std::size_t i = 0; i < _servers.size(); ++i) {
+        const Server& server = _servers[i];
+        const std::size_t has = outstanding(i);
+        if (!who.empty()) who += ", ";
+        who += nameOf(i);
+        if (server.benched || server.state == Server::State::Refused)
+            who += " takes no part";
+        else if (server.state == Server::State::Away)
+            who += " is not there";
+        else if (server.state == Server::State::Preparing)
+            who += " is getting ready";
+        else
+            who += fmt::format(" has {} shards", has);
+    }
+    _notices.push_back(fmt::format("nothing was finished for {:.0f} s: {}", toSeconds(_options.reminder), who));
+}
+
 TimePoint ShardCoordinator::deadline() const {
     if (isFinished()) return TimePoint::max();
-    TimePoint earliest = _lastUsable + _options.patience;
+    TimePoint earliest = std::min(_lastUsable + _options.patience, _lastProgress + _options.reminder);
     if (bakeClass().empty() && _firstReady) earliest = std::min(earliest, *_firstReady + _options.classPatience);
     for (const Attempt& attempt : _attempts)
         if (attempt.leased) earliest = std::min(earliest, attempt.deadline);
@@ -460,34 +491,38 @@ std::optional<ShardCoordinator::Order> ShardCoordinator::nextOrder() {
 }
 
 void ShardCoordinator::giveOut(TimePoint now) {
-    for (;;) {
-        // The one with the least to do, in the order of the list: small bakes reach all servers.
-        std::optional<std::size_t> next;
-        double least = 0.0;
+    // Those with the least to do first, in the order of the list: small bakes reach all servers.
+    const auto giveOne = [&] {
+        std::vector<std::pair<double, std::size_t>> room;
         for (std::size_t i = 0; i < _servers.size(); ++i) {
-            const Server& server = _servers[i];
             const std::size_t has = outstanding(i);
-            if (!server.usable() || has >= windowOf(server)) continue;
-            const double load = static_cast<double>(has) / server.slots;
-            if (next && load >= least) continue;
-            next = i;
-            least = load;
+            if (_servers[i].usable() && has < windowOf(_servers[i]))
+                room.emplace_back(static_cast<double>(has) / _servers[i].slots, i);
         }
-        if (!next || !giveTo(*next, now)) break;
-    }
+        std::ranges::sort(room);
+        return std::ranges::any_of(room, [&](const auto& one) { return giveTo(one.second, now); });
+    };
+    while (!_open.empty() && giveOne()) continue;
     if (!_open.empty()) return;
     for (std::size_t i = 0; i < _servers.size(); ++i)
         if (_servers[i].usable() && outstanding(i) < _servers[i].slots) takeOver(i, now);
 }
 
 bool ShardCoordinator::giveTo(std::size_t server, TimePoint now) {
-    // One that has failed here goes elsewhere first.
-    const auto fresh =
-        std::ranges::find_if(_open, [&](std::size_t shard) { return !_shards[shard].failedOn.contains(server); });
-    if (fresh == _open.end() && _open.empty()) return false;
-    const std::size_t shard = fresh != _open.end() ? *fresh : *_open.begin();
-    bake(server, shard, false, now);
+    // One that has failed here goes elsewhere, if there is an elsewhere.
+    const auto next = std::ranges::find_if(_open, [&](std::size_t shard) {
+        const auto& failedOn = _shards[shard].failedOn;
+        return !failedOn.contains(server) || !hasUsableBeside(failedOn);
+    });
+    if (next == _open.end()) return false;
+    bake(server, *next, false, now);
     return true;
+}
+
+bool ShardCoordinator::hasUsableBeside(const std::set<std::size_t>& servers) const {
+    for (std::size_t i = 0; i < _servers.size(); ++i)
+        if (_servers[i].usable() && !servers.contains(i)) return true;
+    return false;
 }
 
 void ShardCoordinator::bake(std::size_t server, std::size_t number, bool audit, TimePoint now) {
@@ -513,7 +548,8 @@ void ShardCoordinator::bake(std::size_t server, std::size_t number, bool audit, 
 // Work for a server that would idle: an audit, what waits behind other work elsewhere, what takes very long elsewhere.
 bool ShardCoordinator::takeOver(std::size_t server, TimePoint now) {
     for (std::size_t i = 0; i < _shards.size(); ++i) {
-        if (!_shards[i].auditWanted || !_shards[i].done || _shards[i].by == server) continue;
+        const Shard& shard = _shards[i];
+        if (!shard.auditWanted || !shard.done || shard.by == server || shard.failedOn.contains(server)) continue;
         if (std::ranges::any_of(_attempts, [&](const Attempt& one) { return one.shard == i; })) continue;
         bake(server, i, true, now);
         return true;
@@ -551,13 +587,16 @@ void ShardCoordinator::settle(TimePoint) {
         Shard& shard = _shards[i];
         if (!shard.auditWanted || !shard.done) continue;
         const bool possible = std::ranges::any_of(_servers, [&](const Server& one) {
-            const bool other = shard.by != static_cast<std::size_t>(&one - _servers.data());
-            return other && !one.benched && (one.usable() || one.state == Server::State::Preparing);
+            const auto index = static_cast<std::size_t>(&one - _servers.data());
+            return shard.by != index && !shard.failedOn.contains(index) && !one.benched &&
+                   (one.usable() || one.state == Server::State::Preparing);
         });
         if (possible) return;
         shard.auditWanted = false;
         _notices.push_back(fmt::format("shard {} is not audited: no other server is there", i));
     }
+    // What is on its way may differ.
+    if (std::ranges::any_of(_attempts, [](const Attempt& one) { return one.result.bytes > 0; })) return;
     for (const Attempt& attempt : _attempts) cancel(attempt);
     _attempts.clear();
     _finished = true;

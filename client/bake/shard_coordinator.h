@@ -17,21 +17,24 @@
 namespace umbriel {
 
 struct CoordinatorOptions {
-    Duration lease = std::chrono::seconds(30);         // of a shard: so long without a sign of life
+    // Of a shard: so long without a sign of life. A dead server is known by its silence; this is for one whose work
+    // hangs, and must not take starving for that: idle threads on a busy machine get a thousandth of a processor.
+    Duration lease = std::chrono::minutes(2);
     Duration prepareLease = std::chrono::minutes(30);  // of mesh and tree, which show none while they are built
     Duration classPatience = std::chrono::seconds(3);  // for servers that get ready after the first
     Duration patience = std::chrono::seconds(30);      // without any server that bakes
+    Duration reminder = std::chrono::seconds(20);      // says what is waited for when nothing has happened for so long
     double auditShare = 0.02;                          // of the shards, baked again by another server
     std::uint64_t auditSeed = 0;                       // decides which
-    std::string bakeClass;                             // of what is done already; empty: decided here
+    std::string bakeClass{};                           // of what is done already; empty: decided here
 };
 
 // Who bakes which shard on a cluster: a state machine without threads, sockets, disk or a clock of its own. Shards are
 // leased to servers that are ready, a few ahead of what each works on. A lease ends with its session or without a sign
-// of life; the shard is then given out again, as often as it takes. A shard that fails by itself is tried three times,
-// on other servers if there are any; a server that fails three times in a row gets no more. A shard is a pure function,
-// so whichever attempt brings it first counts, and another that differs is an error: the bake stops. When nothing is
-// left to give out, an idle server takes over what waits elsewhere or takes far longer than usual, and does the audits.
+// of life; the shard is then given out again, as often as it takes. A shard that fails by itself is tried three times
+// and on every server; a server that fails three times in a row gets no more. A shard is a pure function, so whichever
+// attempt brings it first counts, and another that differs is an error: the bake stops. When nothing is left to give
+// out, an idle server takes over what waits elsewhere or takes far longer than usual, and does the audits.
 class ShardCoordinator {
  public:
     static constexpr std::uint64_t kPrepareJob = 0;
@@ -70,11 +73,13 @@ class ShardCoordinator {
     void leased(protocol::JobPeer peer, const wire::JobLease& lease, TimePoint now);
     void jobDone(protocol::JobPeer peer, const wire::JobDone& done, TimePoint now);
     // What a fetched result is; none when nobody needs it any more. The answer is ready() or refused() for a server's
-    // readiness (kPrepareJob), stored() or spoilt() for a shard.
+    // readiness (kPrepareJob); spoilt() for a file that is not the shard, else stored(), or dissented() for a shard
+    // that is done already: what is the same is not fetched.
     std::optional<std::uint64_t> fetched(protocol::JobPeer peer, const Hash128& result);
     void ready(protocol::JobPeer peer, const std::string& bakeClass, std::uint32_t slots, TimePoint now);
     void refused(protocol::JobPeer peer, const std::string& reason);
     void stored(protocol::JobPeer peer, std::size_t shard, TimePoint now);
+    void dissented(protocol::JobPeer peer, std::size_t shard);
     void spoilt(protocol::JobPeer peer, std::size_t shard, const std::string& reason);
 
     void advance(TimePoint now);
@@ -121,7 +126,7 @@ class ShardCoordinator {
         std::uint32_t attempts = 0;
         int failures = 0;
         int losses = 0;
-        std::set<std::size_t> failedOn;
+        std::set<std::size_t> failedOn;  // or never came back from
         bool auditWanted = false;
     };
     struct Attempt {
@@ -145,9 +150,11 @@ class ShardCoordinator {
     std::size_t attemptsOf(std::size_t shard) const;
     std::size_t windowOf(const Server& server) const { return server.slots + 2; }
     Attempts::iterator find(std::size_t shard, std::uint32_t number);
+    Attempts::iterator fetching(protocol::JobPeer peer, std::size_t shard);
     bool isUsableClass(std::size_t server);
     void decideClass(TimePoint now);
     void giveOut(TimePoint now);
+    bool hasUsableBeside(const std::set<std::size_t>& servers) const;
     bool giveTo(std::size_t server, TimePoint now);
     void bake(std::size_t server, std::size_t shard, bool audit, TimePoint now);
     bool takeOver(std::size_t server, TimePoint now);
@@ -160,6 +167,7 @@ class ShardCoordinator {
     void resultOf(protocol::JobPeer peer, std::size_t shard, const wire::JobDone& done, TimePoint now);
     void settle(TimePoint now);
     void checkServers(TimePoint now);
+    void remind(TimePoint now);
     void fail(std::string message);
 
     CoordinatorOptions _options;
@@ -174,6 +182,7 @@ class ShardCoordinator {
     std::set<std::size_t> _participants;
     std::optional<TimePoint> _firstReady;
     TimePoint _lastUsable;
+    TimePoint _lastProgress;  // or reminder
     TimePoint _now;
     bool _started = false;
     bool _finished = false;

@@ -100,8 +100,8 @@ TEST(Bake, WhatThisVersionCannotDoIsRefusedAtOnce) {
     TemporaryFolder folder;
     const std::string out = folder / "maps.umvis";
     const std::vector<std::vector<std::string>> wrong{
-        {"--maker", "gl"},       {"--servers", "a:1"},
-        {"--local", "2"},        {"--mapping", "sphere"},
+        {"--maker", "gl"},       {"--servers", "nonsense"},
+        {"--local", "0"},        {"--mapping", "sphere"},
         {"--size", "7"},         {"--mapping", "singleplane"},
         {"--fovy", "90"},        {"--far", "0"},
         {"--guard", "none"},     {"--shard", "3/3"},

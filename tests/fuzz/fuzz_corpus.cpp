@@ -119,10 +119,11 @@ std::vector<Payload> everyMessage(const TypeRegistry& types) {
     offer.attempt = 1;
     offer.kind = "bake";
     offer.payload = some;
+    offer.blobs = {{{1, 2}, 12, 24}};
     add(offer);
     add(wire::JobLease{1, 1, 0.5f});
     add(wire::JobCancel{1, 1});
-    add(wire::JobDone{1, 1, wire::JobStatus::Done, "", {1, 2}, 20});
+    add(wire::JobDone{1, 1, wire::JobStatus::Done, "", {1, 2}, 20, 5});
     return all;
 }
 

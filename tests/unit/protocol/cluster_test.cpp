@@ -270,7 +270,7 @@ TEST_F(VirtualWall, AJobIsOfferedOverTheControlConnection) {
     hello.epoch = 1;
     stranger.send(test::framed(hello, 0, 0));
     stranger.send(test::framed(wire::Welcome{}, 1, 1));
-    stranger.send(test::framed(wire::JobOffer{5, 1, 2000, "bake", std::as_bytes(std::span("abc", 3))}, 1, 2));
+    stranger.send(test::framed(wire::JobOffer{5, 1, 2000, "bake", std::as_bytes(std::span("abc", 3)), {}}, 1, 2));
     network.run(10ms);
     ASSERT_EQ(left.jobs.size(), 1u);
     EXPECT_EQ(left.jobs[0].kind, "bake");

@@ -60,7 +60,7 @@ TEST(Messages, EndWhereTheirTypeSays) {
     expectExactLength(DigestReply{true, {{1, 2}, {3, 4}}});
     expectExactLength(JobLease{1, 2, 0.5f});
     expectExactLength(JobCancel{1, 2});
-    expectExactLength(JobDone{1, 2, JobStatus::Failed, "no", {3, 4}, 5});
+    expectExactLength(JobDone{1, 2, JobStatus::Failed, "no", {3, 4}, 5, 6000});
 }
 
 TEST(Messages, ThatEndInDataSurviveBeingCut) {
@@ -77,7 +77,8 @@ TEST(Messages, ThatEndInDataSurviveBeingCut) {
     cut(Frame{5, true, false, false, 1.5, std::span(data).first(10), data});
     cut(BlobData{{1, 2}, 1000, 10, data});
     cut(TileData{1, 2, 0, 1, Layer::Colour, "colour", 4, false, 1000, 0, data});
-    cut(JobOffer{1, 2, 3, "bake", data});
+    cut(JobOffer{1, 2, 3, "bake", data, {}});
+    cut(JobOffer{1, 2, 3, "bake", data, {{{1, 2}, 12, 24}, {{3, 4}, 4, 8}}});
 }
 
 TEST(Messages, ComeBackAsTheyWere) {
