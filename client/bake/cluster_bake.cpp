@@ -59,10 +59,10 @@ class Run {
         blobs.push_back(blobOf(std::exchange(loaded.positions, {})));
         blobs.push_back(blobOf(std::exchange(loaded.indices, {})));
         for (const wire::Blob& blob : blobs) _blobs.push_back(blob.ref);
-        _port.provide(std::move(blobs));
+        _series = std::uint64_t{_port.provide(std::move(blobs))} << 32;
         const Result<void> done = serve();
-        send();  // cancels what is not needed any more
-        _port.provide({});
+        takeBack();
+        _port.finish();
         if (!done) {
             if (_store && _coordinator.disputedShard()) {
                 // Neither of the two is believed: a resumed bake makes it anew. The first error counts.
@@ -133,12 +133,20 @@ class Run {
         return {};
     }
 
+    // Servers need not work on what nobody waits for.
+    void takeBack() {
+        _coordinator.cancelAll();
+        while (const auto order = _coordinator.nextOrder())
+            if (order->kind == ShardCoordinator::Order::Kind::Cancel)
+                _port.cancel(order->peer, _series | order->job, order->attempt);
+    }
+
     Result<void> send() {
         using Kind = ShardCoordinator::Order::Kind;
         while (const auto order = _coordinator.nextOrder()) {
             switch (order->kind) {
                 case Kind::Cancel:
-                    _port.cancel(order->peer, order->job, order->attempt);
+                    _port.cancel(order->peer, _series | order->job, order->attempt);
                     break;
                 case Kind::Fetch:
                     _port.fetch(order->peer, order->result);
@@ -155,7 +163,7 @@ class Run {
                             if (const auto noted = _store->set(order->shard, Ledger::State::Leased); !noted)
                                 return noted;
                     }
-                    _port.offer(order->peer, {order->job, order->attempt, order->lease,
+                    _port.offer(order->peer, {_series | order->job, order->attempt, order->lease,
                                               bakes ? visibility::kShardJob : visibility::kPrepareJob,
                                               visibility::encodeBakeJob(job), _blobs});
                     break;
@@ -177,9 +185,13 @@ class Run {
                 _coordinator.sessionEnded(news.peer, news.text, now);
                 return {};
             case JobNews::Kind::Lease:
+                if (!isOurs(news.lease.job)) return {};
+                news.lease.job ^= _series;
                 _coordinator.leased(news.peer, news.lease, now);
                 return {};
             case JobNews::Kind::Done:
+                if (!isOurs(news.done.job)) return {};
+                news.done.job ^= _series;
                 if (news.done.job != ShardCoordinator::kPrepareJob)
                     _outcome.cpuSeconds += static_cast<double>(news.done.cpuMicroseconds) * 1e-6;
                 _coordinator.jobDone(news.peer, news.done, now);
@@ -196,6 +208,9 @@ class Run {
         }
         return {};
     }
+
+    // Not of a bake before this one in the same session.
+    bool isOurs(std::uint64_t job) const { return job >> 32 == _series >> 32; }
 
     void readiness(const JobNews& news) {
         const auto ready = visibility::decodeReadiness(bytesOf(news.result.data));
@@ -239,6 +254,7 @@ class Run {
     const Clock& _clock;
     ShardCoordinator _coordinator;
     BakeJob _job;
+    std::uint64_t _series = 0;  // in the upper half of the numbers of jobs
     std::vector<wire::BlobRef> _blobs;
     std::vector<Ledger::Shard> _planned;
     std::optional<ShardStore> _store;

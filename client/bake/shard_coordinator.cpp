@@ -372,6 +372,20 @@ void ShardCoordinator::cancel(const Attempt& attempt) {
     _orders.push_back(std::move(order));
 }
 
+void ShardCoordinator::cancelAll() {
+    for (const Attempt& attempt : _attempts) cancel(attempt);
+    _attempts.clear();
+    for (std::size_t i = 0; i < _servers.size(); ++i) {
+        if (_servers[i].state != Server::State::Preparing) continue;
+        Order order;
+        order.kind = Order::Kind::Cancel;
+        order.peer = peerOf(i);
+        order.job = kPrepareJob;
+        order.attempt = _servers[i].prepareAttempt;
+        _orders.push_back(std::move(order));
+    }
+}
+
 void ShardCoordinator::giveBack(Attempts::iterator attempt, bool counts) {
     const Attempt gone = *attempt;
     _attempts.erase(attempt);
@@ -597,8 +611,7 @@ void ShardCoordinator::settle(TimePoint) {
     }
     // What is on its way may differ.
     if (std::ranges::any_of(_attempts, [](const Attempt& one) { return one.result.bytes > 0; })) return;
-    for (const Attempt& attempt : _attempts) cancel(attempt);
-    _attempts.clear();
+    cancelAll();
     _finished = true;
     if (!_lastQuarantine.empty()) fail(_lastQuarantine);
 }

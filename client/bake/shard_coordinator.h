@@ -82,6 +82,9 @@ class ShardCoordinator {
     void dissented(protocol::JobPeer peer, std::size_t shard);
     void spoilt(protocol::JobPeer peer, std::size_t shard, const std::string& reason);
 
+    // Takes back whatever is given out: nobody waits for it any more.
+    void cancelAll();
+
     void advance(TimePoint now);
     TimePoint deadline() const;
     std::optional<Order> nextOrder();

@@ -182,8 +182,13 @@ class ConnectedCluster final : public Cluster {
      public:
         explicit Jobs(ConnectedCluster& cluster) : _cluster(cluster) {}
         std::size_t serverCount() const override { return _cluster._addresses.size(); }
-        void provide(std::vector<wire::Blob> blobs) override {
-            enter([&](protocol::ClusterClient& client) { client.provideBlobs(std::move(blobs)); });
+        std::uint32_t provide(std::vector<wire::Blob> blobs) override {
+            std::uint32_t series = 0;
+            enter([&](protocol::ClusterClient& client) { series = client.provideBlobs(std::move(blobs)); });
+            return series;
+        }
+        void finish() override {
+            enter([](protocol::ClusterClient& client) { client.finishJobs(); });
         }
         void offer(protocol::JobPeer peer, protocol::JobRequest request) override {
             enter([&](protocol::ClusterClient& client) { client.offerJob(peer, request); });

@@ -153,11 +153,12 @@ class ClusterClient final : public LinkedEndpoint {
 
     // Jobs (job_port.h), at any time beside frames: nothing here waits for a job. What is meant for a session that has
     // ended is dropped: its end was announced.
-    void provideBlobs(std::vector<wire::Blob> blobs);
+    std::uint32_t provideBlobs(std::vector<wire::Blob> blobs);
+    void finishJobs();
     void offerJob(JobPeer peer, const JobRequest& request);
     void cancelJob(JobPeer peer, std::uint64_t job, std::uint32_t attempt);
     void fetchResult(JobPeer peer, const wire::BlobRef& result);
-    // Since the last call; kept only once provideBlobs() was called. A server that fills it with more than anyone asked
+    // Since the last call; kept from provideBlobs() until finishJobs(). A server that fills it with more than anyone asked
     // for loses its session.
     std::vector<JobNews> takeJobNews() { return std::exchange(_jobNews, {}); }
     bool hasJobNews() const { return !_jobNews.empty(); }
@@ -318,6 +319,7 @@ class ClusterClient final : public LinkedEndpoint {
     std::map<Hash128, MultiStorage> _jobBlobs;
     std::vector<JobNews> _jobNews;
     bool _hasJobs = false;
+    std::uint32_t _jobSeries = 0;
     std::uint32_t _connectedSessions = 0;
 };
 

@@ -16,12 +16,19 @@ constexpr std::size_t kMaxNews = 1 << 16;
 
 }  // namespace
 
-void ClusterClient::provideBlobs(std::vector<wire::Blob> blobs) {
-    _jobBlobs.clear();
+std::uint32_t ClusterClient::provideBlobs(std::vector<wire::Blob> blobs) {
+    finishJobs();
     for (wire::Blob& blob : blobs) _jobBlobs.emplace(blob.ref.hash, std::move(blob.data));
-    if (std::exchange(_hasJobs, true)) return;
+    _hasJobs = true;
     for (std::size_t i = 0; i < _servers.size(); ++i)
         if (_servers[i].session.connected()) sessionBegun(i);
+    return ++_jobSeries;
+}
+
+void ClusterClient::finishJobs() {
+    _hasJobs = false;
+    _jobBlobs.clear();
+    _jobNews.clear();
 }
 
 Link* ClusterClient::jobLink(JobPeer peer) {
@@ -76,7 +83,7 @@ Result<void> ClusterClient::jobMessage(std::size_t index, MessageType type, std:
         news.kind = JobNews::Kind::Result;
         news.result = std::move(**blob);
     }
-    if (!_hasJobs || _jobNews.size() >= kMaxNews)
+    if (_jobNews.size() >= kMaxNews)
         return failure(fmt::format("a {} message that nobody asked for", wire::ruleOf(type).name));
     tellOfJobs(std::move(news));
     return {};

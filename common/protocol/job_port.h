@@ -53,8 +53,11 @@ class JobPort {
     virtual ~JobPort() = default;
     virtual std::size_t serverCount() const = 0;
     // Contents that jobs may need, instead of those before; servers fetch what they lack. Sessions are announced from now
-    // on, first those that exist.
-    virtual void provide(std::vector<wire::Blob> blobs) = 0;
+    // on, first those that exist; what was not waited for is forgotten. Returns how often this was called: to be part of
+    // the numbers of jobs, so that late news of earlier ones are known as such.
+    virtual std::uint32_t provide(std::vector<wire::Blob> blobs) = 0;
+    // Nobody waits any more: contents and news are forgotten.
+    virtual void finish() = 0;
     virtual void offer(JobPeer peer, JobRequest request) = 0;
     // Also lets go of a result that nobody fetches.
     virtual void cancel(JobPeer peer, std::uint64_t job, std::uint32_t attempt) = 0;

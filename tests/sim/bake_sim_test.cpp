@@ -215,7 +215,11 @@ class World {
 
     TimePoint now() const { return _network.now(); }
 
-    Result<ClusterBakeOutcome> bake(ClusterBakeOptions options) {
+    Result<ClusterBakeOutcome> bake(const ClusterBakeOptions& options) { return bakeInTurn({options}).front(); }
+
+    // One client and its sessions; each is given up after `lives` of them, where that is not empty.
+    std::vector<Result<ClusterBakeOutcome>> bakeInTurn(const std::vector<ClusterBakeOptions>& bakes,
+                                                       const std::vector<Duration>& lives = {}) {
         protocol::ClusterClientOptions client;
         client.identity.name = "client";
         client.identity.build = "test";
@@ -227,13 +231,17 @@ class World {
         _clients.push_back(std::make_unique<protocol::ClusterClient>(std::move(client), now()));
         protocol::ClusterClient& endpoint = *_clients.back();
         _network.add(endpoint);
-        const TimePoint end = now() + clientDiesAfter.value_or(1h);
-        Port port(*this, endpoint, end);
         WorldClock clock(*this);
-        auto outcome = bakeOnCluster(subject().loaded, subject().mesh, subject().settings, options, port, clock);
+        std::vector<Result<ClusterBakeOutcome>> outcomes;
+        for (std::size_t i = 0; i < bakes.size(); ++i) {
+            const Duration life = i < lives.size() ? lives[i] : clientDiesAfter.value_or(1h);
+            Port port(*this, endpoint, now() + life);
+            outcomes.push_back(
+                bakeOnCluster(subject().loaded, subject().mesh, subject().settings, bakes[i], port, clock));
+            mostInFlight = std::max(mostInFlight, port.mostInFlight);
+        }
         _network.remove(endpoint);
-        mostInFlight = std::max(mostInFlight, port.mostInFlight);
-        return outcome;
+        return outcomes;
     }
 
  private:
@@ -258,8 +266,13 @@ class World {
         std::size_t mostInFlight = 0;
 
         std::size_t serverCount() const override { return _client.serverCount(); }
-        void provide(std::vector<wire::Blob> blobs) override {
-            _client.provideBlobs(std::move(blobs));
+        std::uint32_t provide(std::vector<wire::Blob> blobs) override {
+            const std::uint32_t series = _client.provideBlobs(std::move(blobs));
+            _world._network.poke(_client);
+            return series;
+        }
+        void finish() override {
+            _client.finishJobs();
             _world._network.poke(_client);
         }
         void offer(protocol::JobPeer peer, protocol::JobRequest request) override {
@@ -488,6 +501,22 @@ TEST_F(BakeSimulation, OthersGoOnWithWhatAClusterHasBegunAndTheOtherWayRound) {
     ASSERT_TRUE(resumed) << resumed.error().message;
     EXPECT_EQ(resumed->rays, 0u);
     EXPECT_EQ(contentOf(folder / "more.umvis"), subject().whole);
+}
+
+// Servers finish work of the one that was given up while they are asked for the other's.
+TEST_F(BakeSimulation, OneBakeAfterAnotherInTheSameSessions) {
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+        World world(seed, {Manner::Honest, Manner::Honest});
+        const std::string name = fmt::format("maps{}.umvis", seed);
+        Random random(seed);
+        const auto outcomes = world.bakeInTurn({to("x" + name), to(name, 0.5), to("y" + name)},
+                                               {std::chrono::milliseconds(random.between(100, 1000)), 1h, 1h});
+        EXPECT_FALSE(outcomes[0]);
+        for (const std::size_t i : {1u, 2u}) ASSERT_TRUE(outcomes[i]) << seed << ": " << outcomes[i].error().message;
+        EXPECT_EQ(outcomes[1]->redone, 0u);
+        EXPECT_EQ(contentOf(folder / name), subject().whole);
+        EXPECT_EQ(contentOf(folder / ("y" + name)), subject().whole);
+    }
 }
 
 TEST_F(BakeSimulation, TwoBakesIntoOneFileAndAnUnfinishedOneAreRefused) {

@@ -179,6 +179,42 @@ TEST_F(Queue, ACancelledJobStops) {
     EXPECT_TRUE(sawStop);
 }
 
+TEST_F(Queue, SeveralThreadsWorkAtOnceAndAnOldSessionsHandlerHasNoSay) {
+    std::atomic<int> running{0}, most{0}, waiting{0};
+    std::atomic<bool> release{false};
+    std::map<std::string, JobHandler> handlers;
+    handlers["meet"] = [&](JobWork& work) -> Result<std::vector<std::byte>> {
+        most = std::max<int>(most, ++running);
+        while (most < 3) std::this_thread::sleep_for(1ms);
+        --running;
+        return std::vector<std::byte>(work.payload().begin(), work.payload().end());
+    };
+    handlers["deaf"] = [&](JobWork&) -> Result<std::vector<std::byte>> {
+        ++waiting;
+        while (!release) std::this_thread::sleep_for(1ms);
+        return std::vector{std::byte{99}};
+    };
+    queue = std::make_unique<JobQueue>(
+        std::move(handlers), [] {}, 3, JobPriority::Normal);
+    for (std::uint64_t job = 1; job <= 3; ++job) queue->offer({{job, 1}, "meet", {std::byte(job)}, 60s});
+    ASSERT_TRUE(waitFor([&] { return ended.size() == 3; }));
+    EXPECT_EQ(most, 3);
+    for (std::uint64_t job = 1; job <= 3; ++job) EXPECT_EQ((ended[{job, 1}].result), std::vector{std::byte(job)});
+
+    queue->offer({{7, 1, 1}, "deaf", {}, 60s});
+    ASSERT_TRUE(waitFor([&] { return waiting == 1; }));
+    queue->cancelAll();
+    ASSERT_TRUE(waitFor([&] { return (ended.count({7, 1, 1}) != 0); }));
+    EXPECT_EQ((ended[{7, 1, 1}].kind), Kind::Cancelled);
+    // The same job and attempt of the next session runs beside it.
+    queue->offer({{7, 1, 2}, "deaf", {}, 60s});
+    ASSERT_TRUE(waitFor([&] { return waiting == 2; }));
+    release = true;
+    ASSERT_TRUE(waitFor([&] { return (ended.count({7, 1, 2}) != 0); }));
+    EXPECT_EQ((ended[{7, 1, 2}].kind), Kind::Done);
+    EXPECT_EQ((ended[{7, 1, 1}].kind), Kind::Cancelled);
+}
+
 TEST_F(Queue, EndsWhileAJobRuns) {
     queue->offer({{1, 1}, "loop", {}, 60s});
     ASSERT_TRUE(waitFor([&] { return looping.load(); }));

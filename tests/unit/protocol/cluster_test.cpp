@@ -262,7 +262,7 @@ TEST_F(VirtualWall, ServersMayDial) {
 }
 
 TEST_F(VirtualWall, AJobIsOfferedOverTheControlConnection) {
-    // The coordinator on the client comes with baking; here the server's half is held to its messages.
+    // The server's half is held to its messages; the client's is used in tests/sim/bake_sim_test.cpp.
     VirtualServer& left = serve("left");
     auto stranger = network.dial("left", 7420);
     wire::Hello hello = test::identityOf("baker", types);
@@ -275,11 +275,62 @@ TEST_F(VirtualWall, AJobIsOfferedOverTheControlConnection) {
     ASSERT_EQ(left.jobs.size(), 1u);
     EXPECT_EQ(left.jobs[0].kind, "bake");
     EXPECT_EQ(left.jobs[0].lease, Duration(2s));
-    left.node.sendJobDone({5, 1, wire::JobStatus::Done, "", {}, 0}, wire::Bytes(1000, std::byte{1}));
+    left.node.sendJobDone({5, 1, wire::JobStatus::Done, "", {}, 0, 0}, wire::Bytes(1000, std::byte{1}));
     network.poke(left.node);
     network.run(10ms);
     EXPECT_FALSE(stranger.isClosed());
     EXPECT_EQ(test::heard(stranger.answer()).types.back(), wire::MessageType::JobDone);
+    // A result that was let go of is not there any more.
+    MultiStorage content(1);
+    content.resize(1000);
+    content.write(0, wire::Bytes(1000, std::byte{1}));
+    stranger.send(test::framed(wire::JobCancel{5, 1}, 1, 3));
+    stranger.send(test::framed(wire::BlobWanted{{wire::hashOfBlob(content)}}, 1, 4));
+    network.run(10ms);
+    EXPECT_TRUE(stranger.isClosed());
+}
+
+TEST_F(VirtualWall, JobsRunBesideFramesAndTheirResultsAreFetched) {
+    VirtualServer& left = serve("left");
+    const auto desk = reach({"left"});
+    ASSERT_TRUE(desk->settle());
+    protocol::ClusterClient& client = desk->client;
+    wire::Blob content{{}, MultiStorage(4)};
+    content.data.resize(100'000);
+    content.ref = {wire::hashOfBlob(content.data), 4, 400'000};
+    client.provideBlobs({content});
+    auto news = client.takeJobNews();
+    ASSERT_EQ(news.size(), 1u);
+    EXPECT_EQ(news[0].kind, protocol::JobNews::Kind::Begun);
+    EXPECT_EQ(news[0].text, "left");
+    const protocol::JobPeer peer = news[0].peer;
+    client.offerJob({0, peer.session + 1}, {8, 1, 2s, "bake", {}, {}});  // of no session
+    client.offerJob(peer, {9, 1, 2s, "bake", {}, {content.ref}});
+    network.poke(client);
+    network.run(10ms);
+    ASSERT_EQ(left.jobs.size(), 1u);
+    EXPECT_EQ(left.jobs[0].job, 9u);
+    ASSERT_EQ(left.jobs[0].blobs, std::vector{content.ref});
+    left.node.wantBlobs(left.jobs[0].blobs);
+    left.node.sendJobLease({9, 1, 0.5f});
+    left.node.sendJobDone({9, 1, wire::JobStatus::Done, "", {}, 0, 77}, wire::Bytes(600'000, std::byte{3}));
+    network.poke(left.node);
+    network.run(50ms);
+    EXPECT_EQ(left.blobsReceived, 1u);
+    news = client.takeJobNews();
+    ASSERT_EQ(news.size(), 2u);
+    EXPECT_EQ(news[0].lease.progress, 0.5f);
+    EXPECT_EQ(news[1].done.cpuMicroseconds, 77u);
+    client.fetchResult(peer, {news[1].done.result, 1, news[1].done.resultBytes});
+    desk->scene.create<Transform>();
+    desk->begin();
+    ASSERT_TRUE(desk->settle());
+    network.run(50ms);
+    news = client.takeJobNews();
+    ASSERT_EQ(news.size(), 1u);
+    EXPECT_EQ(news[0].kind, protocol::JobNews::Kind::Result);
+    EXPECT_EQ(news[0].result.data.byteSize(), 600'000u);
+    EXPECT_FALSE(client.error());
 }
 
 }  // namespace
