@@ -154,11 +154,6 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
         if (!shadow) return shadow.error();
         setup.stage.shadowMode = *shadow;
     }
-    for (const std::string& text : arguments.shadowSet) {
-        auto field = parseFieldValue("--shadow-set", text);
-        if (!field) return field.error();
-        setup.stage.shadowFields.push_back(std::move(*field));
-    }
     if (arguments.mapSize > 16384)
         return badInput(
             fmt::format("--map-size {}: expected 1 to 16384 texels, or 0 for the largest power of two within the wall",

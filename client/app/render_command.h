@@ -27,7 +27,6 @@ struct SceneArguments {
     std::string wallSize;                 // metres, WxH
     double eyeSeparation = 0.065;         // metres
     std::string shadow = "auto";          // auto: what umbriel trade stored beside the scene, else none
-    std::vector<std::string> shadowSet;   // FIELD=VALUE
     std::optional<double> frameBudget;    // milliseconds
     std::uint32_t mapSize = 512;
     std::vector<std::string> lights;

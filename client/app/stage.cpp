@@ -346,16 +346,8 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
     if (options.model) overrideModel(scene, *options.model);
     if (options.shading) overrideShading(scene, *options.shading);
     for (std::string& repair : repairShadingValues(scene)) stage.warnings.push_back(std::move(repair));
-    const auto setFields = [&]() -> Result<void> {
-        for (const Ref<Viewport>& viewport : scene.get(stage.window).viewports.toVector())
-            for (const FieldValue& field : options.shadowFields)
-                if (const auto set = setField(scene, viewport, field.field, field.value); !set)
-                    return badInput("--shadow-set: " + set.error().message);
-        return {};
-    };
     if (!options.stereo) {
         stage.viewport = addViewport(scene, stage, "viewport", chosen, options);
-        if (const auto set = setFields(); !set) return set.error();
         return stage;
     }
     // Both eyes belong to the picture even when one of them is drawn: shadow maps are fitted to both.
@@ -372,7 +364,6 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
         const Ref<Viewport> viewport = addViewport(scene, stage, name, Ref<Container>(decorator.id), options);
         if (eye == Eye::Left) stage.viewport = viewport;
     }
-    if (const auto set = setFields(); !set) return set.error();
     return stage;
 }
 

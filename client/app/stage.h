@@ -6,7 +6,6 @@
 
 #include "client/app/arguments.h"
 #include "client/app/illumination_arguments.h"
-#include "client/session/field_text.h"
 #include "common/base/result.h"
 #include "common/scene/animation.h"
 #include "common/scene/aspect.h"
@@ -35,7 +34,6 @@ struct StageOptions {
     bool noLights = false;                 // not even the scene's own
     ShadowMode shadowMode = ShadowMode::None;
     std::uint32_t mapSize = 512;
-    std::vector<FieldValue> shadowFields;  // further fields of the viewports
     std::optional<glm::vec3> background;  // linear; none: the environment, without one transparent black
     std::string environment;              // a panorama's file; empty: none
     std::string brdf;                      // a measured BRDF's file: every surface gets a fit to it; empty: none

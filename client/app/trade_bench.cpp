@@ -139,8 +139,16 @@ Result<void> TradeBench::buildScene() {
     auto built = ShadowScene::create(scene(), viewport.root, options);
     if (!built) return built.error();
     _shadowScene = std::move(*built);
-    if (_options.lightSize)
-        for (TruthLight& light : _shadowScene->lights()) light.radius = *_options.lightSize;
+    if (!_options.lightSize) return {};
+    for (TruthLight& light : _shadowScene->lights()) {
+        light.radius = *_options.lightSize;
+        // The renderer's soft techniques are to know it, too.
+        const ContainerId core = scene().get(light.node).core.get().id;
+        for (const std::string_view field : {"radius", "angularRadius"})
+            if (hasField(scene(), core, field))
+                if (const auto set = setField(scene(), core, field, fmt::format("{}", *_options.lightSize)); !set)
+                    return set.error();
+    }
     return {};
 }
 

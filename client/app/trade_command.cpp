@@ -12,7 +12,6 @@
 #include "client/app/progress.h"
 #include "client/app/trade_bench.h"
 #include "client/app/trade_presets.h"
-#include "client/session/field_text.h"
 #include "client/trade/trade_choice.h"
 #include "client/trade/trade_report.h"
 #include "common/base/log.h"
@@ -64,12 +63,6 @@ Result<std::vector<TradeRow>> rowsOf(const TradeArguments& arguments) {
     if (!filters) return filters.error();
     const auto samples = numbersOf<int>("--filter-samples", arguments.samples, 1, 64);
     if (!samples) return samples.error();
-    std::vector<std::pair<std::string, std::string>> fields;
-    for (const std::string& text : arguments.shadowSet) {
-        const auto field = parseFieldValue("--shadow-set", text);
-        if (!field) return field.error();
-        fields.emplace_back(field->field, field->value);
-    }
     std::vector<TradeRow> rows;
     for (const std::string& technique : techniques) {
         const auto parsed = parseTechnique(technique);
@@ -85,7 +78,6 @@ Result<std::vector<TradeRow>> rowsOf(const TradeArguments& arguments) {
                     row.setting.mapSize = mapped ? (*sizes)[m] : 512;
                     if (takesFilter(parsed->mode) && !filters->empty()) row.setting.filter = (*filters)[f];
                     if (takesSamples(parsed->mode) && !samples->empty()) row.setting.samples = (*samples)[s];
-                    row.setting.fields = fields;
                     rows.push_back(std::move(row));
                 }
     }

@@ -16,7 +16,6 @@ struct TradeArguments {
     std::string mapSizes = "512,1024,2048";
     std::string filters;                 // filter widths of PCF; empty: its own
     std::string samples;                 // samples a row; empty: the technique's own
-    std::vector<std::string> shadowSet;  // FIELD=VALUE, for all rows
     int frames = 12;                     // timed, for each row
     std::optional<double> lightSize;
     int lightSamples = 256;

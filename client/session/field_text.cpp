@@ -134,11 +134,4 @@ Result<void> setField(Aspect& aspect, ContainerId id, std::string_view name, std
     return badInput(fmt::format("{} has no field '{}' that can be set; it has {}", type.name, name, known));
 }
 
-Result<FieldValue> parseFieldValue(std::string_view argument, std::string_view text) {
-    const std::size_t equals = text.find('=');
-    if (equals == std::string_view::npos || equals == 0)
-        return badInput(fmt::format("{} '{}': expected FIELD=VALUE, as in offBias=0.5", argument, text));
-    return FieldValue{std::string(text.substr(0, equals)), std::string(text.substr(equals + 1))};
-}
-
 }  // namespace umbriel

@@ -16,11 +16,4 @@ Result<void> setField(Aspect& aspect, ContainerId container, std::string_view fi
 // Whether the container's type has a single field of this name.
 bool hasField(const Aspect& aspect, ContainerId container, std::string_view field);
 
-struct FieldValue {
-    std::string field;
-    std::string value;
-};
-// "FIELD=VALUE".
-Result<FieldValue> parseFieldValue(std::string_view argument, std::string_view text);
-
 }  // namespace umbriel

@@ -99,12 +99,9 @@ TEST(Trade, WrongUsageIsRefusedInWords) {
              {"trade", "demo:palms", "--flicker", "1"},
              {"trade", "demo:palms", "--light-size", "-1"},
              {"trade", "demo:palms", "--out", "x.txt"},
-             {"trade", "demo:palms", "--shadow-set", "offBias"},
-             {"trade", "demo:palms", "--shadow-set", "noSuchField=1"},
              {"trade", "demo:palms", "--judge", "no such node", "--size", "64x36", "--techniques", "none"},
              {"trade", "--preset", "magic"},
-             {"render", "demo:palms", "--frame-budget", "10", "--size", "64x36"},
-             {"render", "demo:palms", "--shadow-set", "mapSize=-1"}}) {
+             {"render", "demo:palms", "--frame-budget", "10", "--size", "64x36"}}) {
         const Outcome outcome = run("umbriel", arguments);
         EXPECT_EQ(outcome.exitCode, 2) << testing::PrintToString(arguments) << outcome.err;
         EXPECT_FALSE(outcome.err.empty());
