@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "client/session/shadow_fit.h"
+
 namespace umbriel {
 namespace {
 
@@ -280,13 +282,21 @@ Result<LightArgument> parseLight(std::string_view text) {
     return light;
 }
 
+std::string drawnModes() {
+    std::string names;
+    for (const ModeName& known : kModes)
+        if (known.mode == ShadowMode::None || isFitted(known.mode))
+            names += (names.empty() ? "" : ", ") + std::string(known.brief);
+    return names;
+}
+
 Result<ShadowMode> parseShadowMode(std::string_view text) {
     for (const ModeName& known : kModes) {
         if (text != known.brief && text != known.enumName) continue;
-        if (known.mode == ShadowMode::None || known.mode == ShadowMode::Standard) return known.mode;
-        return badInput(fmt::format("--shadow '{}': this version draws 'none' and 'std' only", text));
+        if (known.mode == ShadowMode::None || isFitted(known.mode)) return known.mode;
+        return badInput(fmt::format("--shadow '{}': this version draws {} only", text, drawnModes()));
     }
-    return badInput(fmt::format("--shadow '{}': unknown shadow mode; this version draws 'none' and 'std'", text));
+    return badInput(fmt::format("--shadow '{}': unknown shadow mode; this version draws {}", text, drawnModes()));
 }
 
 std::vector<std::string> drawnShadowModes() {

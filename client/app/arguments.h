@@ -64,6 +64,8 @@ Result<double> parseNumber(std::string_view argument, std::string_view text);
 // "@[r,g,b][,key=value...]": radius, attenuation, exponent, product, ambient, highlight, turn, scale
 // (docs/commands.md).
 Result<LightArgument> parseLight(std::string_view text);
+// The names of the shadow modes that this version draws, as in "none, std, lisp".
+std::string drawnModes();
 // Short or enum name, as in "std" or "STD_SHADOW_MAP"; a mode this version does not draw is refused as such.
 Result<ShadowMode> parseShadowMode(std::string_view text);
 // The short names of the modes this version draws, in the order of ShadowMode, "none" first.

@@ -18,6 +18,7 @@
 #include "common/scene/lights.h"
 #include "common/scene/shading_values.h"
 #include "common/scene/traversal.h"
+#include "common/base/assert.h"
 
 namespace umbriel {
 namespace {

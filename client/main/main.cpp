@@ -15,6 +15,7 @@
 #include "client/app/view_command.h"
 #include "client/import/import_child.h"
 #include "common/base/log.h"
+#include "client/app/arguments.h"
 
 namespace {
 

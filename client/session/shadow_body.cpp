@@ -177,34 +177,7 @@ std::optional<LightBody> spotBody(const glm::dvec3& positionWorld, const glm::dv
     return result;
 }
 
-std::optional<ShadowFit> fitMap(const LightBody& body, const glm::dmat3& mapFromAcross,
-                                const ShadowFitRequest& request) {
-    const bool affine = isAffine(mapFromAcross);
-    Span x, y;
-    for (const glm::dvec3& point : body.points) {
-        const glm::dvec3 mapped = mapFromAcross * glm::dvec3(body.across(point), 1.0);
-        if (!(mapped.z > 0.0)) return std::nullopt;
-        x.include(mapped.x / mapped.z);
-        y.include(mapped.y / mapped.z);
-    }
-    const double smallest = affine ? body.smallest : std::max(1e-6 * std::max(x.length(), y.length()), 1e-30);
-    const auto placed = [&](const Span& covered) {
-        const Span span = affine ? snapped(covered, request, smallest) : bordered(covered, request, smallest);
-        if (!affine || body.rim <= 0.0) return span;
-        const double widened = body.rim / (1.0 - borderShare(request));
-        return span.length() < 2.0 * widened ? span : Span{-widened, widened};
-    };
-    x = placed(x);
-    y = placed(y);
-
-    // Map coordinates of [-1, 1] over x and y.
-    glm::dmat3 clipFromMap(1.0);
-    clipFromMap[0][0] = 2.0 / x.length();
-    clipFromMap[1][1] = 2.0 / y.length();
-    clipFromMap[2][0] = -2.0 * x.middle() / x.length();
-    clipFromMap[2][1] = -2.0 * y.middle() / y.length();
-    glm::dmat3 h = affine && mapFromAcross == glm::dmat3(1.0) ? clipFromMap : clipFromMap * mapFromAcross;
-
+std::optional<ShadowFit> composeFit(const LightBody& body, glm::dmat3 h, const ShadowFitRequest& request) {
     ShadowFit fit;
     fit.mode = request.mode;
     fit.mapSize = request.mapSize;
@@ -223,7 +196,7 @@ std::optional<ShadowFit> fitMap(const LightBody& body, const glm::dmat3& mapFrom
         }
     // A border that reaches over the warp's horizon cannot be drawn.
     if (!(smallestUnwarp > 0.0)) return std::nullopt;
-    if (!affine) h *= largest;
+    if (!isAffine(h)) h *= largest;
 
     // The largest texel: sides of the map's corners, where extremes lie.
     const glm::dmat3 across = glm::inverse(h);
@@ -265,9 +238,39 @@ std::optional<ShadowFit> fitMap(const LightBody& body, const glm::dmat3& mapFrom
     glm::dmat4 lightFromWorld(glm::transpose(body.worldFromLight));
     lightFromWorld[3] = glm::dvec4(-(body.originWorld * body.worldFromLight), 1.0);
     fit.clipFromWorld = clipFromLight * lightFromWorld;
+    fit.filter = request.filter;
     setBiases(fit, request);
     if (!isFinite(fit.clipFromWorld) || !(fit.texelSize > 0.0)) return std::nullopt;
     return fit;
+}
+
+std::optional<ShadowFit> fitMap(const LightBody& body, const glm::dmat3& mapFromAcross,
+                                const ShadowFitRequest& request) {
+    const bool affine = isAffine(mapFromAcross);
+    Span x, y;
+    for (const glm::dvec3& point : body.points) {
+        const glm::dvec3 mapped = mapFromAcross * glm::dvec3(body.across(point), 1.0);
+        if (!(mapped.z > 0.0)) return std::nullopt;
+        x.include(mapped.x / mapped.z);
+        y.include(mapped.y / mapped.z);
+    }
+    const double smallest = affine ? body.smallest : std::max(1e-6 * std::max(x.length(), y.length()), 1e-30);
+    const auto placed = [&](const Span& covered) {
+        const Span span = affine ? snapped(covered, request, smallest) : bordered(covered, request, smallest);
+        if (!affine || body.rim <= 0.0) return span;
+        const double widened = body.rim / (1.0 - borderShare(request));
+        return span.length() < 2.0 * widened ? span : Span{-widened, widened};
+    };
+    x = placed(x);
+    y = placed(y);
+
+    // Map coordinates of [-1, 1] over x and y.
+    glm::dmat3 clipFromMap(1.0);
+    clipFromMap[0][0] = 2.0 / x.length();
+    clipFromMap[1][1] = 2.0 / y.length();
+    clipFromMap[2][0] = -2.0 * x.middle() / x.length();
+    clipFromMap[2][1] = -2.0 * y.middle() / y.length();
+    return composeFit(body, mapFromAcross == glm::dmat3(1.0) ? clipFromMap : clipFromMap * mapFromAcross, request);
 }
 
 }  // namespace umbriel

@@ -48,6 +48,9 @@ std::optional<LightBody> spotBody(const glm::dvec3& positionWorld, const glm::dv
 std::optional<ShadowFit> fitMap(const LightBody& body, const glm::dmat3& mapFromAcross,
                                 const ShadowFitRequest& request);
 
+// The fit whose map coordinates, x and y in [-1, 1], are clipFromAcross of the places across the light.
+std::optional<ShadowFit> composeFit(const LightBody& body, glm::dmat3 clipFromAcross, const ShadowFitRequest& request);
+
 bool isAffine(const glm::dmat3& mapFromAcross);
 
 }  // namespace umbriel

@@ -6,7 +6,9 @@
 #include <bit>
 #include <cmath>
 
+#include "client/session/shadow_around.h"
 #include "client/session/shadow_body.h"
+#include "client/session/shadow_warp.h"
 
 namespace umbriel {
 
@@ -18,9 +20,20 @@ std::string nameOf(const Aspect& aspect, const LightInEffect& light) {
     return name.empty() ? fmt::format("#{}", light.node.id.value) : fmt::format("\"{}\"", name);
 }
 
-// The body's map by the request's warp; the uniform one where the warp has no answer.
+// The body's map by the request's warp; the uniform one where the warp's is not finite.
 std::optional<ShadowFit> fitBody(const LightBody& body, const ShadowFitRequest& request) {
-    return fitMap(body, glm::dmat3(1.0), request);
+    const glm::dmat3 uniform(1.0);
+    glm::dmat3 warp = uniform;
+    if (request.map == ShadowMode::LightSpacePerspective) warp = lispWarp(body, request);
+    if (request.map == ShadowMode::Trapezoid) warp = trapezoidWarp(body, request);
+    if (request.map == ShadowMode::Perspective) warp = perspectiveWarp(body, request);
+    if (warp != uniform)
+        if (auto fit = fitMap(body, warp, request)) return fit;
+    return fitMap(body, uniform, request);
+}
+
+bool isFiltered(ShadowMode mode) {
+    return mode == ShadowMode::PercentageCloser || mode == ShadowMode::PercentageCloserSoft;
 }
 
 }  // namespace
@@ -53,17 +66,81 @@ std::optional<ShadowFit> fitSpot(const glm::dvec3& positionWorld, const glm::dve
 }
 
 bool isFitted(ShadowMode mode) {
-    return mode == ShadowMode::Standard;
+    switch (mode) {
+        case ShadowMode::Standard:
+        case ShadowMode::Perspective:
+        case ShadowMode::LightSpacePerspective:
+        case ShadowMode::Trapezoid:
+        case ShadowMode::PercentageCloser:
+        case ShadowMode::PercentageCloserSoft:
+        case ShadowMode::DualParaboloid:
+        case ShadowMode::Cube:
+            return true;
+        default:
+            return false;
+    }
 }
 
 ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std::vector<std::string>& messages) {
-    static_cast<void>(messages);
     ShadowFitRequest request;
     request.fit = viewport.shadowFit;
     request.mapSize = mapSize;
     request.offFactor = viewport.offFactor;
     request.offBias = viewport.offBias;
     request.mode = viewport.shadowMode;
+    const auto replaced = [&](const char* field, auto given, auto used) {
+        messages.push_back(fmt::format("shadows: {} of {} is not possible, {} is used", field, given, used));
+        return used;
+    };
+    const auto within = [&](const char* field, float given, float least, float most, float otherwise) {
+        return given >= least && given <= most ? given : replaced(field, given, otherwise);
+    };
+    request.range = viewport.range;
+    if (!(request.range > 0.0f && request.range < 0.8f)) {
+        // At 0.8 and beyond the trapezoid is the uniform map; nothing and less is no range at all.
+        const float used = request.range >= 0.8f ? 0.8f : 0.3f;
+        messages.push_back(fmt::format("shadows: a range of {} is not between 0 and 0.8, {} is used{}", request.range,
+                                       used, used == 0.8f ? " (the uniform map)" : ""));
+        request.range = used;
+    }
+    request.maxSideAngle = within("maxSideAngle", viewport.maxSideAngle, 0.01f, 3.0f, 1.5f);
+    request.lispFactor = viewport.lispFactor;
+    if (!(request.lispFactor > 0.0f)) request.lispFactor = replaced("lispFactor", request.lispFactor, 1.0f);
+    request.map = request.mode;
+    if (isFiltered(request.mode)) {
+        request.map = viewport.filteredMap;
+        if (request.map != ShadowMode::Standard && request.map != ShadowMode::Perspective &&
+            request.map != ShadowMode::LightSpacePerspective && request.map != ShadowMode::Trapezoid) {
+            messages.push_back("shadows: filteredMap is std, psm, lisp or trapez; std is used");
+            request.map = ShadowMode::Standard;
+        }
+        ShadowFilter& filter = request.filter;
+        const float most = std::min(256.0f, static_cast<float>(mapSize));
+        const float quality = viewport.qualityMode ? 2.0f : 1.0f;
+        const auto samples = [&](const char* field, std::uint32_t given, std::uint32_t otherwise) {
+            const std::uint32_t checked = given >= 1 && given <= 32 ? given : replaced(field, given, otherwise);
+            return viewport.qualityMode ? 2 * checked : checked;
+        };
+        if (request.mode == ShadowMode::PercentageCloser) {
+            filter.widthTexels = within("filterWidth", viewport.filterWidth, 0.0f, most, 8.0f);
+            filter.widthMetres = within("filterMetres", viewport.filterMetres, 0.0f, 1e9f, 0.0f);
+            filter.samplesPerRow = samples("samplesPerRow", viewport.samplesPerRow, 6u);
+            filter.bilinear = viewport.hardwareFilter;
+            // A width in metres has as many texels as the map makes of it, up to as many as a border can hold.
+            filter.maxTexels = filter.widthMetres > 0.0f ? std::min(64.0f, most) : filter.widthTexels;
+        } else {
+            filter.blockerSamples = samples("blockerSamples", viewport.blockerSamples, 6u);
+            filter.filterSamples = samples("filterSamples", viewport.filterSamples, 8u);
+            filter.maxTexels =
+                std::min(quality * within("maxPenumbra", viewport.maxPenumbra, 0.0f, most, 32.0f), most);
+            filter.bilinear = viewport.hardwareFilter;
+        }
+        request.borderTexels = static_cast<double>(filter.maxTexels);
+        // Small enough that many are filled by one surface, large enough that making them costs little.
+        constexpr std::uint32_t kBoundsStride = 8;
+        if (viewport.skipUniform) filter.boundsBlock = kBoundsStride;
+    }
+    request.lightSize = viewport.lightSize;
     return request;
 }
 
@@ -73,35 +150,59 @@ ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& li
     if (sceneBounds.empty()) return result;
     for (const LightInEffect& light : lights) {
         if (!light.castsShadow) continue;
-        std::optional<ShadowFit> fit;
+        ShadowFitRequest own = request;
+        // A diameter; of a directional light that of its penumbrae a metre behind what casts them.
+        const auto sizeOr = [&](double radius) { return static_cast<float>(2.0 * std::max(radius, 0.0)); };
+        std::vector<ShadowFit> fits;
+        const auto add = [&](std::optional<ShadowFit> fit) {
+            if (fit) fits.push_back(*fit);
+        };
         if (light.kind == LightKind::Directional) {
-            fit = fitDirectional(light.directionWorld, sceneBounds, views, request);
+            const double radius = request.lightSize >= 0.0f
+                                      ? 0.5 * static_cast<double>(request.lightSize)
+                                      : static_cast<double>(aspect.findAs<DirectionalLight>(light.core)->angularRadius);
+            own.filter.lightSize = sizeOr(std::tan(std::clamp(radius, 0.0, 1.5)));
+            if (!(glm::length(light.directionWorld) > 0.0) || !isFinite(light.directionWorld)) {
+                result.messages.push_back(
+                    fmt::format("light {} has no direction and casts no shadow", nameOf(aspect, light)));
+                continue;
+            }
+            add(fitDirectional(light.directionWorld, sceneBounds, views, own));
         } else if (light.kind == LightKind::Spot) {
             const SpotLight* spot = aspect.findAs<SpotLight>(light.core);
+            own.filter.lightSize = request.lightSize >= 0.0f ? request.lightSize : sizeOr(spot->radius);
             const double outer = spot->outerAngle;
+            if (!(outer > 0.0)) {
+                result.messages.push_back(fmt::format(
+                    "spot light {} has a cone of {} degrees and lights nothing", nameOf(aspect, light),
+                    glm::degrees(2.0 * outer)));
+                continue;
+            }
             if (2.0 * outer > kMaxShadowFov)
                 result.messages.push_back(fmt::format("spot light {}: its shadow map covers {:.0f} of {:.0f} degrees",
                                                       nameOf(aspect, light), glm::degrees(kMaxShadowFov),
                                                       glm::degrees(2.0 * outer)));
-            fit = fitSpot(light.positionWorld, light.directionWorld, outer, spot->range, sceneBounds, views, request);
+            add(fitSpot(light.positionWorld, light.directionWorld, outer, spot->range, sceneBounds, views, own));
         } else if (light.kind == LightKind::Point || light.kind == LightKind::Goniometric) {
             const PointLight* point = aspect.findAs<PointLight>(light.core);
             const double range = point ? point->range : aspect.findAs<GoniometricLight>(light.core)->range;
+            own.filter.lightSize = request.lightSize >= 0.0f ? request.lightSize : sizeOr(point ? point->radius : 0.0);
             const double radius = 0.5 * sceneBounds.diagonal();
             const glm::dvec3 towards = sceneBounds.centre() - light.positionWorld;
             const double sine = radius / glm::length(towards);
-            if (sine < std::sin(0.5 * kMaxShadowFov))
-                // At least a hair wide, for a scene that is a single point.
-                fit = fitSpot(light.positionWorld, towards, std::max(std::asin(sine), 1e-9), range, sceneBounds, views,
-                              request);
+            if (request.mode == ShadowMode::DualParaboloid)
+                fits = fitHemispheres(light.positionWorld, range, sceneBounds, own);
+            else if (request.mode == ShadowMode::Cube || !(sine < std::sin(kWidestSingle)))
+                fits = fitCube(light.positionWorld, range, sceneBounds, own);
             else
-                result.messages.push_back(fmt::format(
-                    "point light {} is inside the scene and casts no shadow: a single map cannot see all around it",
-                    nameOf(aspect, light)));
+                // At least a hair wide, for a scene that is a single point.
+                add(fitSpot(light.positionWorld, towards, std::max(std::asin(sine), 1e-9), range, sceneBounds, views,
+                            own));
         }
-        if (!fit) continue;
-        fit->light = light.node;
-        result.fits.push_back(*fit);
+        for (ShadowFit& fit : fits) {
+            fit.light = light.node;
+            result.fits.push_back(fit);
+        }
     }
     return result;
 }

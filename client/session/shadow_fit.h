@@ -35,6 +35,10 @@ namespace umbriel {
 inline constexpr float kNormalOffset = 0.55f;
 inline constexpr float kConstantBias = 0.1f;
 
+// A point light that sees the scene's sphere within a cone of this half angle has one map, like a spot; nearer and inside
+// it has six.
+inline constexpr double kWidestSingle = 1.0471975511965976;  // 60 degrees
+
 // Spot cones wider than this are clamped with a message: tan(87.5 degrees) is 23, beyond it texels are wasted on the
 // rim.
 inline constexpr double kMaxShadowFov = 3.0543261909900767;  // 175 degrees
@@ -52,6 +56,7 @@ struct ShadowFitRequest {
     float lispFactor = 1.0f;      // LISP
     ShadowFilter filter{};        // but for lightSize, which is the light's unless given
     float lightSize = -1.0f;      // of every light; negative: the light's own
+    friend bool operator==(const ShadowFitRequest&, const ShadowFitRequest&) = default;
 };
 
 // 0 becomes the largest power of two within the wall (at least 1); beyond limit the limit, with a message.
@@ -74,9 +79,9 @@ bool isFitted(ShadowMode mode);
 // A viewport's wishes, with what does not fit together put right; a message for each such thing. mapSize: resolved.
 ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std::vector<std::string>& messages);
 
-// Fits for all lights that cast shadows, ascending by the light's node, which is the fit's id. A point light outside
-// the sphere around the scene gets a spot's map aimed at it; inside, none, and a message says so (one map cannot see
-// all around). Messages name the light.
+// Fits for all lights that cast shadows, ascending by the light's node, which is the fit's id. A point light well outside
+// the sphere around the scene gets a spot's map aimed at it; near and inside it, a cube map, in the warped modes too: a
+// view's direction means nothing all around a light. Messages name the light.
 struct ShadowFits {
     std::vector<ShadowFit> fits;
     std::vector<std::string> messages;

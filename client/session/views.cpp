@@ -47,9 +47,10 @@ std::vector<Ref<Node>> sorted(std::vector<Ref<Node>> nodes) {
 }
 
 bool sameShadows(const Viewport& a, const Viewport& b) {
+    std::vector<std::string> messages;
     return a.root.get() == b.root.get() && a.mapSize.get() == b.mapSize.get() &&
-           a.shadowFit.get() == b.shadowFit.get() && a.offFactor.get() == b.offFactor.get() &&
-           a.offBias.get() == b.offBias.get() && a.shadowMode.get() == b.shadowMode.get() && sorted(a.lightNodes.toVector()) == sorted(b.lightNodes.toVector());
+           requestOf(a, a.mapSize, messages) == requestOf(b, b.mapSize, messages) &&
+           sorted(a.lightNodes.toVector()) == sorted(b.lightNodes.toVector());
 }
 
 void addOnce(std::vector<std::string>& messages, const std::vector<std::string>& more) {

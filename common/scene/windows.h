@@ -133,6 +133,7 @@ struct Viewport : Container {
     Single<float> lightSize{-1.0f};        // PPCF: metres across, or radians (directional); negative: the light's own
     Single<float> maxPenumbra{32.0f};      // PPCF: texels
     Single<bool> hardwareFilter{false};    // PCF: each sample is the mix of its four nearest texels
+    Single<bool> skipUniform{true};        // PCF, PPCF: no samples where a map's bounds decide; the result is the same
     Single<bool> reuseMaps{true};          // a map is drawn again only when its fit or a caster changed
 
     static void declare(TypeBuilder<Viewport>& type) {
@@ -166,6 +167,7 @@ struct Viewport : Container {
         type.field<&Viewport::lightSize>("lightSize");
         type.field<&Viewport::maxPenumbra>("maxPenumbra");
         type.field<&Viewport::hardwareFilter>("hardwareFilter");
+        type.field<&Viewport::skipUniform>("skipUniform");
         type.field<&Viewport::reuseMaps>("reuseMaps");
     }
 };

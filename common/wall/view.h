@@ -41,6 +41,8 @@ struct ShadowFilter {
     std::uint32_t filterSamples = 0;      // PPCF: along each side of the filter, at most
     float lightSize = 0.0f;               // PPCF: metres across; of a directional light: metres of penumbra per metre
     float maxTexels = 0.0f;               // PPCF: no penumbra is wider
+    bool bilinear = false;                // each sample is the mix of its four nearest texels
+    std::uint32_t boundsBlock = 0;        // texels a side of the blocks whose bounds let samples be skipped; 0: none
     friend bool operator==(const ShadowFilter&, const ShadowFilter&) = default;
 };
 
@@ -69,6 +71,7 @@ struct ShadowFit {
     float slopeBias = 0.0f;               // polygon-offset factor
     float normalOffset = 0.0f;            // in texels along the geometric normal
     ShadowFilter filter;
+    friend bool operator==(const ShadowFit&, const ShadowFit&) = default;
 };
 
 // One eye's look through one viewport: what used to be a camera, with everything resolved.

@@ -60,6 +60,7 @@ CasterMask::CasterMask(const ShadowFit& fit, const glm::dvec3& eyeWorld)
       _mapSize(fit.mapSize),
       _dilation(lookupReach(fit) * kCells / fit.mapSize),
       _farthest(static_cast<std::size_t>(kCells) * kCells, kUnmarked) {
+    _isAround = fit.shape == ShadowShape::Hemisphere;
     const glm::dmat3 acrossFromMap = umbriel::acrossFromMap(fit, fit.perspective ? fit.positionWorld : eyeWorld);
     _unwarp = {acrossFromMap[0][2], acrossFromMap[1][2], acrossFromMap[2][2]};
 }
@@ -125,9 +126,25 @@ void CasterMask::visitCells(const Footprint& footprint, double dilation, Visit&&
     }
 }
 
+void CasterMask::markEverything() {
+    _isEverything = true;
+    _marked = {0, 0, kCells, kCells};
+    _farthest.clear();
+    _farthest.shrink_to_fit();
+}
+
+bool CasterMask::covers(const CasterMask& other) const {
+    if (_isEverything) return true;
+    if (other._isEverything) return false;
+    for (std::size_t i = 0; i < _farthest.size(); ++i)
+        if (other._farthest[i] < kUnmarked && !(_farthest[i] <= other._farthest[i])) return false;
+    return true;
+}
+
 void CasterMask::addReceiver(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum,
                              bool isInside) {
-    if (box.empty()) return;
+    if (box.empty() || _isEverything) return;
+    if (_isAround) return markEverything();
     std::vector<glm::dvec3> points;
     if (isInside) {
         const std::array<glm::dvec3, 8> corners = box.corners();
@@ -159,6 +176,7 @@ void CasterMask::addReceiver(const Box& box, const glm::dmat4& relativeFromObjec
 
 bool CasterMask::casts(const Box& box, const glm::dmat4& relativeFromObject) const {
     if (box.empty() || empty()) return false;
+    if (_isEverything) return true;
     std::array<glm::dvec3, 8> corners = box.corners();
     for (glm::dvec3& corner : corners) corner = glm::dvec3(relativeFromObject * glm::dvec4(corner, 1.0));
     const Footprint footprint = footprintOf(corners);

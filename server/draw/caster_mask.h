@@ -23,6 +23,11 @@ class CasterMask {
     bool casts(const Box& box, const glm::dmat4& relativeFromObject) const;
 
     bool empty() const { return _marked.empty(); }
+    // As if every place of the map were looked up, however deep.
+    void markEverything();
+    bool isEverything() const { return _isEverything; }
+    // True when a map drawn for this mask holds what other's lookups need. Both of the same fit.
+    bool covers(const CasterMask& other) const;
     // What was marked, in texels of the map.
     PixelRect texels() const;
 
@@ -43,6 +48,8 @@ class CasterMask {
     double _dilation;              // cells
     std::vector<float> _farthest;  // reversed depth of the farthest receiver by cell; 2: none
     PixelRect _marked;             // cells
+    bool _isEverything = false;
+    bool _isAround = false;        // no projective map: its lookups are not told apart
 };
 
 }  // namespace umbriel

@@ -58,6 +58,12 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_ENVIRONMENT", "environment"},
     {"FEATURE_SHADOWS", "shadows"},
     {"FEATURE_SHADOW_WARP", "warped-maps"},
+    {"FEATURE_SHADOW_CUBE", "cube-maps"},
+    {"FEATURE_SHADOW_HEMISPHERES", "paraboloid-maps"},
+    {"FEATURE_SHADOW_FILTER", "filtered-maps"},
+    {"FEATURE_SHADOW_SOFT_FILTER", "contact-hardening"},
+    {"FEATURE_SHADOW_BILINEAR", "bilinear-samples"},
+    {"FEATURE_SHADOW_BOUNDS", "map-bounds"},
 };
 
 const char* nameOf(PassKind kind) {
@@ -167,11 +173,13 @@ class Planner {
     void planShadows(std::uint32_t view) {
         const ViewDemand& demand = _demands[view];
         std::uint32_t largest = 0;
+        std::uint32_t block = 0;
         for (std::uint32_t i = 0; i < demand.shadows.size(); ++i) {
             const ViewDemand::Shadow& shadow = demand.shadows[i];
             const ShadowDemand& wanted = shadow.demand;
             if (wanted.mapTexels == 0) continue;
             largest = std::max(largest, wanted.mapTexels);
+            block = std::max(block, wanted.boundsBlock);
             add({PassKind::ShadowMap, view, i, 0, fmt::format("shadow maps {}", view),
                  fmt::format("{}: {}{}{}, {} texels, {} casters{}", shadow.light, wanted.module,
                              wanted.part.empty() ? "" : " ", wanted.part, wanted.mapTexels, shadow.casters,
@@ -181,6 +189,11 @@ class Planner {
             addTarget(fmt::format("shadow maps {}", view), "D32F",
                       {static_cast<std::int32_t>(largest), static_cast<std::int32_t>(largest)},
                       static_cast<std::uint32_t>(demand.shadows.size()), 1, 4);
+        if (block > 0) {
+            const auto blocks = static_cast<std::int32_t>((largest + block - 1) / block);
+            addTarget(fmt::format("shadow bounds {}", view), "RGBA32F", {blocks, blocks},
+                      static_cast<std::uint32_t>(demand.shadows.size()), 1, 16);
+        }
     }
 
     void planView(std::uint32_t view) {

@@ -61,6 +61,12 @@ enum class Feature : std::uint32_t {
     Environment,
     Shadows,  // from here on, those of ShadowFeature, in its order
     ShadowWarp,
+    ShadowCube,
+    ShadowHemispheres,
+    ShadowFilter,
+    ShadowSoftFilter,
+    ShadowBilinear,
+    ShadowBounds,
     Count
 };
 inline constexpr std::uint32_t kFeatureCount = static_cast<std::uint32_t>(Feature::Count);

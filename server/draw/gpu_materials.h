@@ -24,6 +24,7 @@ enum class TextureUnit : GLuint {
     FaceNormals,
     Primitives,
     FlatFaces,
+    ShadowBounds,
     Environment = 12,  // and the two after it
 };
 inline constexpr std::size_t kMaterialTextures = 6;

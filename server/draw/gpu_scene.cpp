@@ -5,6 +5,7 @@
 #include <functional>
 #include <tuple>
 
+#include "common/base/hash.h"
 #include "common/base/log.h"
 #include "server/draw/reflection_models.h"
 
@@ -111,6 +112,20 @@ int depthBucketOf(double distance) {
     return exponent * 4 + static_cast<int>((mantissa - 0.5) * 8.0);
 }
 
+// What a caster's place in a shadow map depends on; every byte is a member's.
+struct Caster {
+    std::uint64_t node = 0;
+    std::uint64_t content = 0;  // counts what the geometry sent to the GPU
+    std::uint64_t features = 0;
+    std::uint64_t revision = 0;
+    glm::dmat4 worldFromObject{0.0};
+};
+static_assert(sizeof(Caster) == 4 * 8 + 16 * 8);
+
+Caster casterOf(const SurfaceItem& item) {
+    return {item.node.value, item.geometry->uploadedBytes(), item.casterFeatures, 0, item.worldFromObject};
+}
+
 glm::mat3 normalMatrix(const glm::dmat3& linear) {
     // The adjugate's transpose instead of the inverse's: finite for flattening transforms too, and equal up to a scale;
     // its sign follows the determinant, so a mirrored surface keeps its outside.
@@ -157,11 +172,14 @@ void GpuScene::changed(const ChangeList& changes, const Aspect& scene) {
                 if (((change.fields >> field) & 1) && !container->type().fields[field].isMulti)
                     _structureChanged = true;
         } else if (isA<Image>(*container)) {
+            ++_revision;
             _textures.forget(change.id);
             _materials.changed(change.id);
         } else if (isA<Texture>(*container) || isA<Material>(*container)) {
+            ++_revision;
             _materials.changed(change.id);
         } else if (isA<Node>(*container) || isA<Switch>(*container) || isA<MaterialGroup>(*container)) {
+            ++_revision;
             _structureChanged = true;
         }
     }
@@ -176,6 +194,7 @@ void GpuScene::changed(const ChangeList& changes, const Aspect& scene) {
         _textures.forget(id);
         _materials.changed(id);
         _structureChanged = true;
+        ++_revision;
     }
 }
 
@@ -234,6 +253,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
     const bool wantsLayers = (layers & ~static_cast<std::uint32_t>(Layer::Colour)) != 0;
     const bool wantsFactors = (layers & static_cast<std::uint32_t>(Layer::LightFactors)) != 0;
 
+    std::vector<Caster> casters;  // in the tree's order, which the eye does not change
     for (const SceneTree::Item& source : tree.items()) {
         if (!hidden.empty() && hidden[source.entry]) continue;
         SurfaceItem item;
@@ -278,6 +298,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         item.layerFeatures = item.casterFeatures;
         if (wantsFactors) item.layerFeatures |= run.features & ~bit(Feature::AmbientLights);
         item.relativeFromObject = placement.relativeTo(view.eyeWorld);
+        item.worldFromObject = placement.relativeTo(glm::dvec3(0.0));
         item.normalFromObject = normalMatrix(placement.linear);
         item.isMirrored = item.isMirrored != (glm::determinant(placement.linear) < 0.0);
         // Light passes through what is blended; how much, no plain shadow map can say.
@@ -285,8 +306,13 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         const glm::dvec3 middle(item.relativeFromObject * glm::dvec4(item.geometry->box().centre(), 1.0));
         item.distance = glm::length(middle);
         item.depthBucket = depthBucketOf(item.distance);
+        if (item.castsShadow) casters.push_back(casterOf(item));
         result.items.push_back(item);
     }
+    casters.push_back({});
+    casters.back().revision = _revision;
+    casters.back().content = _deformer.deformedVertices();  // grows whenever a caster changes its shape
+    result.casterState = hash64(std::as_bytes(std::span(casters)));
     const auto isBlended = [](const SurfaceItem& item) { return has(item.features, Feature::AlphaBlend); };
     const auto middle = std::stable_partition(result.items.begin(), result.items.end(), std::not_fn(isBlended));
     result.opaqueItems = static_cast<std::size_t>(middle - result.items.begin());

@@ -26,6 +26,7 @@ struct SurfaceItem {
     FeatureSet layerFeatures = 0;   // of its layer shader
     FeatureSet casterFeatures = 0;  // of its caster shader; 0: depth only
     glm::dmat4 relativeFromObject{1.0};
+    glm::dmat4 worldFromObject{1.0};  // for what must not depend on the eye
     glm::mat3 normalFromObject{1.0f};
     std::uint32_t run = 0;  // index in LightList::runs
     double distance = 0.0;  // from the wall's eye to the middle of its box; orders blending
@@ -44,6 +45,7 @@ struct ViewScene {
     std::size_t opaqueItems = 0;
     std::vector<std::optional<EnvironmentUse>> environments;  // by run; none: no environment lights it
     std::vector<Deformer::Size> deformed;  // of the geometries that are not at rest
+    std::uint64_t casterState = 0;  // a hash of everything that shadow maps are drawn from, beside their fits
 };
 
 // The scene on the GPU. Follows change lists; a frame costs what changed plus a pass over the draw items.
@@ -80,6 +82,7 @@ class GpuScene {
     std::uint64_t _uploadedByForgotten = 0;
     std::map<ContainerId, SceneTree> _trees;
     std::vector<ContainerId> _movedTransforms;
+    std::uint64_t _revision = 0;  // of everything but where things stand and the geometries' content
     bool _structureChanged = true;
 };
 

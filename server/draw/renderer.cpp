@@ -188,13 +188,20 @@ class SceneRenderer final : public Renderer {
         _shadowMaps.resize(demands.size());
         for (std::size_t i = 0; i < demands.size(); ++i) {
             std::uint32_t mapSize = 0;
-            for (const ViewDemand::Shadow& shadow : demands[i].shadows) mapSize = std::max(mapSize, shadow.demand.mapTexels);
+            std::uint32_t block = 0;
+            for (const ViewDemand::Shadow& shadow : demands[i].shadows) {
+                mapSize = std::max(mapSize, shadow.demand.mapTexels);
+                block = std::max(block, shadow.demand.boundsBlock);
+            }
             if (mapSize == 0) {
-                _shadowMaps[i] = {};
+                _shadowMaps[i] = KeptShadowMaps();
                 continue;
             }
-            auto reserved = _shadowMaps[i].reserve(mapSize, static_cast<std::uint32_t>(demands[i].shadows.size()));
-            if (!reserved) return reserved;
+            const auto layers = static_cast<std::uint32_t>(demands[i].shadows.size());
+            auto reserved = _shadowMaps[i].maps.reserve(mapSize, layers, block);
+            if (!reserved) return reserved.error();
+            if (*reserved) _shadowMaps[i].drawn.clear();
+            _shadowMaps[i].drawn.resize(std::max<std::size_t>(_shadowMaps[i].drawn.size(), layers));
             paintings[i].shadowMaps = &_shadowMaps[i];
         }
         return {};
@@ -205,7 +212,7 @@ class SceneRenderer final : public Renderer {
     ShaderLibrary _shaders;
     TileTargets _targets;
     TilePainter _painter;
-    std::deque<ShadowMaps> _shadowMaps;  // by view
+    std::deque<KeptShadowMaps> _shadowMaps;  // by view
     std::vector<ContainerId> _lightNodes;
     std::vector<std::string> _lightNames;
     std::vector<TileAssignment> _tiles;

@@ -24,7 +24,7 @@ gl::ShaderDefine including(std::string name, std::string_view file) {
 }  // namespace
 
 Result<const gl::Program*> ShaderLibrary::find(const Stages& stages, const std::vector<gl::ShaderDefine>& defines) {
-    std::string key = stages.vertex + "|" + stages.fragment + "|" + stages.compute;
+    std::string key = stages.vertex + "|" + stages.fragment + "|" + stages.compute + "|" + stages.control;
     for (const gl::ShaderDefine& define : defines) key += "|" + define.name + "=" + define.value;
     const auto [found, isNew] = _programs.try_emplace(key);
     if (!isNew) return &found->second;
@@ -36,6 +36,8 @@ Result<const gl::Program*> ShaderLibrary::find(const Stages& stages, const std::
         return {};
     };
     auto added = stages.compute.empty() ? add(GL_VERTEX_SHADER, stages.vertex) : add(GL_COMPUTE_SHADER, stages.compute);
+    if (added && !stages.control.empty()) added = add(GL_TESS_CONTROL_SHADER, stages.control);
+    if (added && !stages.evaluation.empty()) added = add(GL_TESS_EVALUATION_SHADER, stages.evaluation);
     if (added && !stages.fragment.empty()) added = add(GL_FRAGMENT_SHADER, stages.fragment);
     Result<gl::Program> program = added ? gl::Program::link(composed) : Result<gl::Program>(added.error());
     if (!program) {
@@ -72,9 +74,23 @@ Result<const gl::Program*> ShaderLibrary::layers(FeatureSet features, std::uint3
     return find({"stage/surface.vert.glsl", "stage/layers.frag.glsl", ""}, defines);
 }
 
-Result<const gl::Program*> ShaderLibrary::caster(FeatureSet features) {
+Result<const gl::Program*> ShaderLibrary::caster(FeatureSet features, bool hemisphere) {
     const bool hasHoles = has(features, Feature::AlphaMask);
-    return find({"stage/caster.vert.glsl", hasHoles ? "stage/caster.frag.glsl" : "", ""}, definesOf(features));
+    std::vector<gl::ShaderDefine> defines = definesOf(features);
+    Stages stages{"stage/caster.vert.glsl", hasHoles ? "stage/caster.frag.glsl" : "", ""};
+    if (hemisphere) {
+        defines.push_back({"CASTER_HEMISPHERE"});
+        if (!hasHoles) {
+            defines.push_back({"CASTER_TESSELLATED"});
+            stages.control = "stage/caster.tesc.glsl";
+            stages.evaluation = "stage/caster.tese.glsl";
+        }
+    }
+    return find(stages, defines);
+}
+
+Result<const gl::Program*> ShaderLibrary::screen(const std::string& fragment) {
+    return find({"stage/screen.vert.glsl", fragment, ""}, {});
 }
 
 Result<const gl::Program*> ShaderLibrary::background(BackgroundKind kind) {

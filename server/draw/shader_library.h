@@ -17,7 +17,10 @@ class ShaderLibrary {
     Result<const gl::Program*> surface(FeatureSet features);
     // layers: bits of Layer without Colour; factorImages: RGBA images of light factors, in a pass of their own.
     Result<const gl::Program*> layers(FeatureSet features, std::uint32_t layers, std::uint32_t factorImages);
-    Result<const gl::Program*> caster(FeatureSet features);
+    // hemisphere: the projection of CasterStage; tessellated, unless the caster has holes.
+    Result<const gl::Program*> caster(FeatureSet features, bool hemisphere);
+    // A fragment stage over the whole viewport.
+    Result<const gl::Program*> screen(const std::string& fragment);
     Result<const gl::Program*> background(BackgroundKind kind);
     Result<const gl::Program*> foreground(bool isText);
 
@@ -30,6 +33,8 @@ class ShaderLibrary {
         std::string vertex;
         std::string fragment;  // empty: depth only
         std::string compute;   // then no others
+        std::string control = {};     // of tessellation; empty: none
+        std::string evaluation = {};
     };
     Result<const gl::Program*> find(const Stages& stages, const std::vector<gl::ShaderDefine>& defines);
 

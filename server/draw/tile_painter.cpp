@@ -119,16 +119,17 @@ void TilePainter::bindView(const ViewPainting& painting) {
 }
 
 Result<void> TilePainter::drawEntries(const ViewPainting& painting, const DrawList& list, std::size_t first,
-                                      std::size_t end, const std::function<Result<void>(const SurfaceItem&)>& prepare) {
+                                      std::size_t end, const std::function<Result<GLenum>(const SurfaceItem&)>& prepare) {
     if (first == end) return {};
     if (auto set = _commands.set(std::as_bytes(std::span(list.commands))); !set) return set;
     glBindBuffer(GL_DRAW_INDIRECT_BUFFER, _commands.buffer().id());
     for (std::size_t i = first; i < end; ++i) {
         const DrawList::Entry& entry = list.entries[i];
         const SurfaceItem& item = painting.scene.items[entry.item];
-        if (auto prepared = prepare(item); !prepared) return prepared;
+        const auto primitive = prepare(item);
+        if (!primitive) return primitive.error();
         item.geometry->vertexArray().bind();
-        glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_INT,
+        glMultiDrawElementsIndirect(*primitive, GL_UNSIGNED_INT,
                                     reinterpret_cast<const void*>(entry.first * sizeof(DrawList::Command)),
                                     static_cast<GLsizei>(entry.count), 0);
         for (std::uint32_t c = entry.first; c < entry.first + entry.count; ++c)
@@ -139,41 +140,81 @@ Result<void> TilePainter::drawEntries(const ViewPainting& painting, const DrawLi
 
 Result<void> TilePainter::drawCasters(const Aspect& scene, const ViewPainting& painting, const DrawList& casters,
                                       const CasterStage& stage) {
-    const glm::dmat4 clipFromRelative =
-        stage.clipFromWorld * glm::translate(glm::dmat4(1.0), painting.scene.view->eyeWorld);
     const std::uint64_t before = _counts.triangles;
     const gl::Program* current = nullptr;
     const GpuMaterial* material = nullptr;
+    if (stage.projection == CasterStage::Projection::Hemisphere) glPatchParameteri(GL_PATCH_VERTICES, 3);
     auto drawn =
-        drawEntries(painting, casters, 0, casters.entries.size(), [&](const SurfaceItem& item) -> Result<void> {
-            auto program = _shaders.caster(item.casterFeatures);
+        drawEntries(painting, casters, 0, casters.entries.size(), [&](const SurfaceItem& item) -> Result<GLenum> {
+            const bool hemisphere = stage.projection == CasterStage::Projection::Hemisphere;
+            auto program = _shaders.caster(item.casterFeatures, hemisphere);
             if (!program) return program.error();
-            if (*program != current) (*program)->use();
+            if (*program != current) {
+                (*program)->use();
+                if (hemisphere) (*program)->set(1, stage.hemisphere);
+            }
             current = *program;
-            current->set(0, glm::mat4(clipFromRelative * item.relativeFromObject));
-            if (item.casterFeatures == 0 || material == item.material) return {};
+            // From the object to the light without the eye in between, so that a map's bits are the same whoever looks.
+            current->set(0, glm::mat4(stage.stageFromWorld * item.worldFromObject));
+            const GLenum primitive = hemisphere && item.casterFeatures == 0 ? GL_PATCHES : GL_TRIANGLES;
+            if (item.casterFeatures == 0 || material == item.material) return primitive;
             material = item.material;
-            return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());
+            if (auto bound = _gpuScene.materials().bind(scene, *material, _gpuScene.textures()); !bound)
+                return bound.error();
+            return primitive;
         });
     _counts.shadowTriangles += _counts.triangles - before;
     return drawn;
 }
 
+bool TilePainter::isKept(const ViewPainting& painting, std::uint32_t shadow) const {
+    if (!painting.scene.viewport->reuseMaps) return false;
+    const KeptShadowMaps::Layer& layer = painting.shadowMaps->drawn[shadow];
+    return layer.mask && layer.fit == *painting.scene.lights.fits[shadow] &&
+           layer.casters == painting.scene.casterState;
+}
+
 Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& painting, std::uint32_t shadow) {
-    const CasterMask& mask = painting.masks[shadow];
+    CasterMask& mask = painting.masks[shadow];
     if (mask.empty()) return {};
-    class Casters final : public ShadowCasters {
+    KeptShadowMaps::Layer& layer = painting.shadowMaps->drawn[shadow];
+    if (isKept(painting, shadow)) {
+        if (layer.mask->covers(mask)) return {};
+        // Drawn for other lookups, and nothing moves: all of it, once, for whoever comes next.
+        mask.markEverything();
+    }
+    class Painter final : public ShadowPainter {
      public:
-        explicit Casters(std::function<Result<void>(const CasterStage&)> paint) : _paint(std::move(paint)) {}
-        Result<void> draw(const CasterStage& stage) override { return _paint(stage); }
+        Painter(TilePainter& painter, const Aspect& scene, const ViewPainting& painting, const DrawList& list)
+            : _painter(painter), _scene(scene), _painting(painting), _list(list) {}
+        Result<void> drawCasters(const CasterStage& stage) override {
+            return _painter.drawCasters(_scene, _painting, _list, stage);
+        }
+        Result<void> fill(const std::string& fragmentStage, const glm::ivec4& uniform) override {
+            auto program = _painter._shaders.screen(fragmentStage);
+            if (!program) return program.error();
+            (*program)->use();
+            glProgramUniform4i((*program)->id(), 0, uniform.x, uniform.y, uniform.z, uniform.w);
+            _painter._noVertices.bind();
+            glDisable(GL_CULL_FACE);
+            glDrawArrays(GL_TRIANGLES, 0, 3);
+            return {};
+        }
 
      private:
-        std::function<Result<void>(const CasterStage&)> _paint;
+        TilePainter& _painter;
+        const Aspect& _scene;
+        const ViewPainting& _painting;
+        const DrawList& _list;
     };
     const DrawList list = listCasters(painting.scene, mask);
-    Casters casters([&](const CasterStage& stage) { return drawCasters(scene, painting, list, stage); });
+    Painter painter(*this, scene, painting, list);
     const ShadowFit& fit = *painting.scene.lights.fits[shadow];
-    return shadowModule(fit.mode)->draw(fit, *painting.shadowMaps, shadow, mask.texels(), casters);
+    layer.mask.reset();
+    auto drawn = shadowModule(fit.mode)->draw(fit, painting.shadowMaps->maps, shadow, mask.texels(), painter);
+    if (!drawn) return drawn;
+    layer = {fit, painting.scene.casterState, std::move(mask)};
+    return {};
 }
 
 Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painting, bool blended) {
@@ -189,7 +230,7 @@ Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painti
     const GpuMaterial* material = nullptr;
     auto drawn =
         drawEntries(painting, list, blended ? list.opaqueEntries : 0,
-                    blended ? list.entries.size() : list.opaqueEntries, [&](const SurfaceItem& item) -> Result<void> {
+                    blended ? list.entries.size() : list.opaqueEntries, [&](const SurfaceItem& item) -> Result<GLenum> {
                         auto program = _shaders.surface(item.features);
                         if (!program) return program.error();
                         if (*program != current) (*program)->use();
@@ -206,12 +247,14 @@ Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painti
                             if (auto bound = _gpuScene.environments().bind(
                                     scene, *painting.scene.environments[item.run], *current);
                                 !bound)
-                                return bound;
+                                return bound.error();
                         if (has(item.features, Feature::FlatMean))
                             item.geometry->flatFaces().bind(static_cast<GLuint>(TextureUnit::FlatFaces));
-                        if (material == item.material) return {};
+                        if (material == item.material) return GLenum{GL_TRIANGLES};
                         material = item.material;
-                        return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());
+                        if (auto bound = _gpuScene.materials().bind(scene, *material, _gpuScene.textures()); !bound)
+                            return bound.error();
+                        return GLenum{GL_TRIANGLES};
                     });
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
@@ -236,7 +279,7 @@ Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall,
     const gl::Program* current = nullptr;
     const GpuMaterial* material = nullptr;
     const DrawList& list = painting.visible;
-    auto drawn = drawEntries(painting, list, 0, list.opaqueEntries, [&](const SurfaceItem& item) -> Result<void> {
+    auto drawn = drawEntries(painting, list, 0, list.opaqueEntries, [&](const SurfaceItem& item) -> Result<GLenum> {
         auto program = _shaders.layers(factors ? item.layerFeatures : item.layerFeatures & kMaskOnly, wall.layers,
                                        factors ? _targets.factorImages() : 0);
         if (!program) return program.error();
@@ -255,9 +298,11 @@ Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall,
             if (item.geometry->isReordered())
                 item.geometry->primitives().bind(static_cast<GLuint>(TextureUnit::Primitives));
         }
-        if (item.layerFeatures == 0 || material == item.material) return {};
+        if (item.layerFeatures == 0 || material == item.material) return GLenum{GL_TRIANGLES};
         material = item.material;
-        return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());
+        if (auto bound = _gpuScene.materials().bind(scene, *material, _gpuScene.textures()); !bound)
+            return bound.error();
+        return GLenum{GL_TRIANGLES};
     });
     if (!drawn) return drawn;
     return factors ? _targets.keepFactors(firstLight, painting.area) : drawn;
@@ -397,8 +442,15 @@ Result<void> TilePainter::paintShadows(const Aspect& scene, const FramePlan& pla
         const View& view = *painting.scene.view;
         const std::int32_t reach = plan.reachOf(i);
         const PixelRect grown{tile.x - reach, tile.y - reach, tile.width + 2 * reach, tile.height + 2 * reach};
-        for (const ShadowFit* fit : painting.scene.lights.fits)
-            painting.masks.emplace_back(*fit, view.eyeWorld);
+        bool anyOpen = false;
+        for (std::uint32_t shadow = 0; shadow < painting.scene.lights.fits.size(); ++shadow) {
+            painting.masks.emplace_back(*painting.scene.lights.fits[shadow], view.eyeWorld);
+            if (isKept(painting, shadow) && painting.shadowMaps->drawn[shadow].mask->isEverything())
+                painting.masks.back().markEverything();
+            else
+                anyOpen = true;
+        }
+        if (!anyOpen) continue;
         markReceivers(painting.scene, tileFrustum(view, intersect(grown, view.region), kMarginPixels), painting.masks);
     }
     for (const PlannedPass& pass : plan.passes) {
@@ -434,7 +486,9 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
         lights.indices.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 1);
         lights.shadows.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 2);
         if (lights.webs.buffer()) lights.webs.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 5);
-        if (painting.shadowMaps) painting.shadowMaps->bind(static_cast<GLuint>(TextureUnit::ShadowMaps));
+        if (painting.shadowMaps)
+            painting.shadowMaps->maps.bind(static_cast<GLuint>(TextureUnit::ShadowMaps),
+                                           static_cast<GLuint>(TextureUnit::ShadowBounds));
         if (pass.kind != PassKind::Layers) {
             _targets.bindColour();
             bindView(painting);

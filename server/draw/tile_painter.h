@@ -27,10 +27,23 @@ class StreamBuffer {
     gl::Buffer _buffer;
 };
 
+// A view's shadow maps and what they hold, kept from tile to tile and from frame to frame.
+struct KeptShadowMaps {
+    // A layer as it was drawn last. It need not be drawn again for a tile whose lookups it covers, while its fit and all
+    // that casts are the same.
+    struct Layer {
+        ShadowFit fit;
+        std::uint64_t casters = 0;  // ViewScene::casterState
+        std::optional<CasterMask> mask;
+    };
+    ShadowMaps maps;
+    std::vector<Layer> drawn;
+};
+
 // One view while its tiles are drawn.
 struct ViewPainting {
     ViewScene scene;
-    ShadowMaps* shadowMaps = nullptr;
+    KeptShadowMaps* shadowMaps = nullptr;
     std::vector<CasterMask> masks;  // by shadow, for the tile at hand
     // For the part of the tile at hand.
     DrawList visible;
@@ -63,6 +76,7 @@ class TilePainter {
     Result<void> paintPart(const Aspect& scene, const WallViews& wall, const FramePlan& plan,
                            std::span<ViewPainting> views, Eye eye, const PixelRect& part, const PixelRect& block);
     Result<void> drawShadowMap(const Aspect& scene, ViewPainting& view, std::uint32_t shadow);
+    bool isKept(const ViewPainting& view, std::uint32_t shadow) const;
     Result<void> drawCasters(const Aspect& scene, const ViewPainting& view, const DrawList& casters,
                              const CasterStage& stage);
     Result<void> drawBackground(const Aspect& scene, ViewPainting& view);
@@ -71,8 +85,9 @@ class TilePainter {
     Result<void> drawSurfaces(const Aspect& scene, ViewPainting& view, bool blended);
     Result<void> drawLayers(const Aspect& scene, const WallViews& wall, ViewPainting& view, std::uint32_t firstLight);
     // Draws entries [first, end) of a list; program and uniforms of each item are the caller's.
+    // prepare: returns what to draw as, GL_TRIANGLES or GL_PATCHES.
     Result<void> drawEntries(const ViewPainting& view, const DrawList& list, std::size_t first, std::size_t end,
-                             const std::function<Result<void>(const SurfaceItem&)>& prepare);
+                             const std::function<Result<GLenum>(const SurfaceItem&)>& prepare);
     void bindView(const ViewPainting& view);
     Result<const gl::Texture2D*> textOf(ContainerId id, const std::string& text);
 

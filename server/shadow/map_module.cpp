@@ -41,8 +41,8 @@ bool isWarped(const ShadowFit& fit) {
 double lookupReach(const ShadowFit& fit) {
     // The nearest texel's centre is half a texel away; 0.1 covers rounding.
     constexpr double kTexelReach = 0.6;
-    const double filterReach = 0.0;
-    const double offset = std::abs(fit.normalOffset) + filterReach;
+    const double filterReach = 0.5 * static_cast<double>(fit.filter.maxTexels) + (fit.filter.bilinear ? 1.0 : 0.0);
+    const double offset = std::abs(fit.normalOffset);
     // The offset moves along the normal n by offset * (|n.X| + |n.Y|), X and Y being the texel's sides; along the map's x
     // that is at most offset * (|X| + |Y|) |x|, where x, the gradient of x in texels, has length 1 / (|X| sin(X, Y)).
     const glm::dmat3 across = acrossFromMap(fit, fit.perspective ? fit.positionWorld : glm::dvec3(0.0));
@@ -61,15 +61,19 @@ double lookupReach(const ShadowFit& fit) {
         }
     // Of square texels the bound over all normals is (1 + sqrt(2)) / 2 instead of 2.
     const double reach = isWarped(fit) ? 1.1 * largest : 0.60355339059327378 * largest;
-    return std::isfinite(reach) ? offset * std::min(reach, 1e6) + kTexelReach : 1e6;
+    return std::isfinite(reach) ? offset * std::min(reach, 1e6) + kTexelReach + filterReach : 1e6;
 }
 
 ShadowFeatureSet MapModule::features(const ShadowFit& fit) const {
-    return bit(ShadowFeature::Maps) | _features | (isWarped(fit) ? bit(ShadowFeature::Warp) : 0);
+    return bit(ShadowFeature::Maps) | _features | (isWarped(fit) ? bit(ShadowFeature::Warp) : 0) |
+           (fit.shape == ShadowShape::CubeFace ? bit(ShadowFeature::Cube) : 0) |
+           (fit.filter.bilinear ? bit(ShadowFeature::Bilinear) : 0) |
+           (fit.filter.boundsBlock > 0 ? bit(ShadowFeature::Bounds) : 0);
 }
 
 ShadowDemand MapModule::demand(const ShadowFit& fit) const {
-    return {_name, "", fit.mapSize};
+    constexpr std::string_view kFaces[] = {"face +x", "face -x", "face +y", "face -y", "face +z", "face -z"};
+    return {_name, fit.shape == ShadowShape::CubeFace ? kFaces[fit.part % 6] : "", fit.mapSize, fit.filter.boundsBlock};
 }
 
 gpu::GpuShadow MapModule::describe(const ShadowFit& fit, const glm::dvec3& eyeWorld) const {
@@ -111,18 +115,19 @@ gpu::GpuShadow MapModule::describe(const ShadowFit& fit, const glm::dvec3& eyeWo
     shadow.lightSize = fit.filter.lightSize;
     shadow.maxTexels = fit.filter.maxTexels;
     shadow.shape = static_cast<std::uint32_t>(fit.shape);
-    shadow.samplesPerRow = fit.filter.samplesPerRow;
+    shadow.filterSamples = std::max(fit.filter.samplesPerRow, fit.filter.filterSamples);
     shadow.blockerSamples = fit.filter.blockerSamples;
-    shadow.filterSamples = fit.filter.filterSamples;
+    shadow.boundsBlock = fit.filter.boundsBlock;
     return shadow;
 }
 
 Result<void> MapModule::draw(const ShadowFit& fit, ShadowMaps& maps, std::uint32_t layer, const PixelRect& texels,
-                             ShadowCasters& casters) const {
+                             ShadowPainter& painter) const {
     maps.begin(layer, fit, texels);
-    auto drawn = casters.draw({fit.clipFromWorld});
+    auto drawn = painter.drawCasters({CasterStage::Projection::Matrix, fit.clipFromWorld, {}});
     maps.end();
-    return drawn;
+    if (!drawn || fit.filter.boundsBlock == 0) return drawn;
+    return maps.fillBounds(layer, fit, painter);
 }
 
 }  // namespace umbriel

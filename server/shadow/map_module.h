@@ -15,7 +15,7 @@ class MapModule final : public ShadowModule {
     ShadowDemand demand(const ShadowFit& fit) const override;
     gpu::GpuShadow describe(const ShadowFit& fit, const glm::dvec3& eyeWorld) const override;
     Result<void> draw(const ShadowFit& fit, ShadowMaps& maps, std::uint32_t layer, const PixelRect& texels,
-                      ShadowCasters& casters) const override;
+                      ShadowPainter& painter) const override;
 
  private:
     std::string_view _name;

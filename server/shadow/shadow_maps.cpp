@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include "server/shadow/shadow_module.h"
+
 namespace umbriel {
 
-Result<void> ShadowMaps::reserve(std::uint32_t mapSize, std::uint32_t layers) {
-    if (mapSize == _mapSize && layers <= _framebuffers.size()) return {};
+Result<bool> ShadowMaps::reserve(std::uint32_t mapSize, std::uint32_t layers, std::uint32_t boundsBlock) {
+    if (mapSize == _mapSize && layers <= _framebuffers.size() && boundsBlock == _boundsBlock) return false;
     GLint maxSize = 0;
     GLint maxLayers = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &maxSize);
@@ -25,7 +27,7 @@ Result<void> ShadowMaps::reserve(std::uint32_t mapSize, std::uint32_t layers) {
     glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     if (auto checked = gl::checkError(fmt::format("{} shadow maps of {} texels", layers, mapSize)); !checked)
-        return checked;
+        return checked.error();
     for (std::uint32_t layer = 0; layer < layers; ++layer) {
         GLuint framebuffer = 0;
         glCreateFramebuffers(1, &framebuffer);
@@ -36,8 +38,44 @@ Result<void> ShadowMaps::reserve(std::uint32_t mapSize, std::uint32_t layers) {
         if (glCheckNamedFramebufferStatus(framebuffer, GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
             return failure("OpenGL: the driver cannot draw into a layer of a depth array");
     }
+    _bounds = {};
+    _boundsFramebuffers.clear();
+    if (boundsBlock > 0) {
+        GLuint bounds = 0;
+        glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &bounds);
+        _bounds = gl::Name<gl::deleteTexture>(bounds);
+        const auto blocks = static_cast<GLsizei>((mapSize + boundsBlock - 1) / boundsBlock);
+        glTextureStorage3D(bounds, 1, GL_RGBA32F, blocks, blocks, static_cast<GLsizei>(layers));
+        glTextureParameteri(bounds, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+        glTextureParameteri(bounds, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+        if (auto checked = gl::checkError(fmt::format("bounds of {} shadow maps", layers)); !checked)
+            return checked.error();
+        for (std::uint32_t layer = 0; layer < layers; ++layer) {
+            GLuint framebuffer = 0;
+            glCreateFramebuffers(1, &framebuffer);
+            _boundsFramebuffers.emplace_back(framebuffer);
+            glNamedFramebufferTextureLayer(framebuffer, GL_COLOR_ATTACHMENT0, bounds, 0, static_cast<GLint>(layer));
+            if (glCheckNamedFramebufferStatus(framebuffer, GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+                return failure("OpenGL: the driver cannot draw into a layer of an RGBA32F array");
+        }
+    }
+    _boundsBlock = boundsBlock;
     _mapSize = mapSize;
-    return {};
+    return true;
+}
+
+Result<void> ShadowMaps::fillBounds(std::uint32_t layer, const ShadowFit& fit, ShadowPainter& painter) {
+    glBindFramebuffer(GL_FRAMEBUFFER, _boundsFramebuffers[layer].id());
+    const auto blocks = static_cast<GLsizei>((_mapSize + _boundsBlock - 1) / _boundsBlock);
+    glViewport(0, 0, blocks, blocks);
+    glDisable(GL_SCISSOR_TEST);
+    glDisable(GL_DEPTH_TEST);
+    glDisable(GL_BLEND);
+    glBindTextureUnit(0, _texture.id());
+    auto filled = painter.fill("stage/shadow_bounds.frag.glsl",
+                               {static_cast<int>(layer), static_cast<int>(_boundsBlock), static_cast<int>(fit.mapSize), 0});
+    glEnable(GL_SCISSOR_TEST);
+    return filled;
 }
 
 void ShadowMaps::begin(std::uint32_t layer, const ShadowFit& fit, const PixelRect& texels) {
@@ -70,8 +108,9 @@ void ShadowMaps::end() {
     glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
-void ShadowMaps::bind(GLuint unit) const {
+void ShadowMaps::bind(GLuint unit, GLuint boundsUnit) const {
     glBindTextureUnit(unit, _texture.id());
+    if (_boundsBlock > 0) glBindTextureUnit(boundsUnit, _bounds.id());
 }
 
 }  // namespace umbriel

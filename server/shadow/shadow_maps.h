@@ -10,24 +10,31 @@
 
 namespace umbriel {
 
+class ShadowPainter;
+
 // The depth maps of one view, a layer for each fit: D32F, reversed (1 nearest the light, 0 at the far
 // end and where nothing casts). Read by shaders/snippet/shadow.glsl.
 class ShadowMaps {
  public:
-    // Makes room for that many maps. Errors: the driver's limits, out of memory.
-    Result<void> reserve(std::uint32_t mapSize, std::uint32_t layers);
+    // Makes room for that many maps, and bounds of their blocks of boundsBlock x boundsBlock texels (stage/shadow_bounds.frag.glsl)
+    // (0: none). True when maps drawn before are gone. Errors: the driver's limits, out of memory.
+    Result<bool> reserve(std::uint32_t mapSize, std::uint32_t layers, std::uint32_t boundsBlock);
 
     // Starts drawing casters into a layer: clears it and sets viewport, scissor (texels that will be sampled), depth
     // state and slope bias. The caller draws with clipFromObject matrices made from the fit.
     void begin(std::uint32_t layer, const ShadowFit& fit, const PixelRect& texels);
     // Restores the state that surfaces are drawn with.
     void end();
-    void bind(GLuint unit) const;
+    // After a layer was drawn.
+    Result<void> fillBounds(std::uint32_t layer, const ShadowFit& fit, ShadowPainter& painter);
+    void bind(GLuint unit, GLuint boundsUnit) const;
 
-    std::uint64_t bytes() const { return std::uint64_t{_mapSize} * _mapSize * _framebuffers.size() * 4; }
 
  private:
     std::uint32_t _mapSize = 0;
+    std::uint32_t _boundsBlock = 0;
+    gl::Name<gl::deleteTexture> _bounds;
+    std::vector<gl::Name<gl::deleteFramebuffer>> _boundsFramebuffers;
     gl::Name<gl::deleteTexture> _texture;
     std::vector<gl::Name<gl::deleteFramebuffer>> _framebuffers;
 };

@@ -18,6 +18,12 @@ class ShadowMaps;
 enum class ShadowFeature : std::uint32_t {
     Maps,  // shadow maps at all
     Warp,  // some map's texels vary over the map
+    Cube,
+    Hemispheres,
+    Filter,      // percentage closer
+    SoftFilter,  // the same, with a search for blockers
+    Bilinear,    // samples of filters are mixed from four texels
+    Bounds,      // filters read the bounds of blocks of texels first
     Count
 };
 using ShadowFeatureSet = std::uint32_t;  // a bit each
@@ -30,20 +36,28 @@ struct ShadowDemand {
     std::string_view module;          // for people: "standard"
     std::string_view part;            // of the light, for people: "", "face +x"
     std::uint32_t mapTexels = 0;      // side of the fit's layer in the view's depth maps; 0: none, and no pass for it
+    std::uint32_t boundsBlock = 0;    // side, in texels of the map, of the blocks whose bounds are kept; 0: none
 };
 
 // How casters are drawn in a pass: stage/caster.vert.glsl with these.
 struct CasterStage {
-    glm::dmat4 clipFromWorld{1.0};
+    enum class Projection { Matrix, Hemisphere };
+    Projection projection = Projection::Matrix;
+    // Matrix: to clip space. Hemisphere: to the light's frame, in metres; the shader does the rest.
+    glm::dmat4 stageFromWorld{1.0};
+    // Hemisphere: places on the map per unit of the paraboloid's plane, near and far distance, texels along the map.
+    glm::vec4 hemisphere{0.0f};
 };
 
-// What a module asks for when it draws: the casters of the pass at hand. Implemented by the painter, which knows the
-// scene, what can be seen, and the shaders.
-class ShadowCasters {
+// What a module asks for when it draws. Implemented by the painter, which knows the scene, what can be seen, and the
+// shaders. Everything goes into the framebuffer and with the state that are bound.
+class ShadowPainter {
  public:
-    virtual ~ShadowCasters() = default;
-    // Draws every caster that can darken something visible, into the framebuffer and with the state that are bound.
-    virtual Result<void> draw(const CasterStage& stage) = 0;
+    virtual ~ShadowPainter() = default;
+    // Draws every caster that can darken something visible.
+    virtual Result<void> drawCasters(const CasterStage& stage) = 0;
+    // Runs a fragment stage (of shaders/stage) for every pixel of the viewport, with uniform 0 set.
+    virtual Result<void> fill(const std::string& fragmentStage, const glm::ivec4& uniform) = 0;
 };
 
 // One way to make shadows. Modules have no state: what a pass draws into is given to it. All functions but draw() are
@@ -58,7 +72,7 @@ class ShadowModule {
     virtual gpu::GpuShadow describe(const ShadowFit& fit, const glm::dvec3& eyeWorld) const = 0;
     // Fills the fit's layer; texels: what of it will be sampled.
     virtual Result<void> draw(const ShadowFit& fit, ShadowMaps& maps, std::uint32_t layer, const PixelRect& texels,
-                              ShadowCasters& casters) const = 0;
+                              ShadowPainter& painter) const = 0;
 };
 
 // The module of a mode, living as long as the program; null for modes without one (none, or not in this version).

@@ -1,5 +1,6 @@
 #include "structs/shadow.glsl"
 #include "snippet/shadow_nearest.glsl"
+#include "snippet/shadow_filter.glsl"
 
 // Every module's share of a light that arrives, 1 lit, 0 in shadow, by functions of one signature:
 //
@@ -10,14 +11,46 @@
 #ifdef FEATURE_SHADOWS
 layout(std430, binding = 2) readonly buffer Shadows { GpuShadow shadows[]; };
 layout(binding = 6) uniform sampler2DArray shadowMaps;
+layout(binding = 10) uniform sampler2DArray shadowBounds;  // stage/shadow_bounds.frag.glsl
 
-#define SHADOW_FILTER filterNearest
-
+// One map, plain or warped, filtered as the viewport wants it.
 float shadowFactor_map(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
-    return SHADOW_FILTER(shadowMaps, shadows[shadow], relative, normal, toLight);
+    ShadowPlace place = placeOnShadowMap(shadows[shadow], relative, normal, toLight);
+#if defined(FEATURE_SHADOW_SOFT_FILTER)
+    return filterSoft(shadowMaps, shadowBounds, shadows[shadow], place);
+#elif defined(FEATURE_SHADOW_FILTER)
+    return filterPercentageCloser(shadowMaps, shadowBounds, shadows[shadow], place);
+#else
+    return filterNearest(shadowMaps, shadows[shadow], place);
+#endif
 }
 
+#ifdef FEATURE_SHADOW_CUBE
+// The face by the largest component; ties go to x, then y.
+float shadowFactor_cube(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
+    vec3 d = relative - shadows[shadow].origin;
+    vec3 a = abs(d);
+    uint face = a.x >= a.y && a.x >= a.z ? (d.x >= 0.0 ? 0u : 1u)
+                : a.y >= a.z             ? (d.y >= 0.0 ? 2u : 3u)
+                                         : (d.z >= 0.0 ? 4u : 5u);
+    return shadowFactor_map(shadow + face, relative, normal, toLight);
+}
+#endif
+
+#ifdef FEATURE_SHADOW_HEMISPHERES
+float shadowFactor_hemispheres(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
+    uint half_ = dot(relative - shadows[shadow].origin, shadows[shadow].axisZ) <= 0.0 ? 0u : 1u;
+    return shadowFactor_map(shadow + half_, relative, normal, toLight);
+}
+#endif
+
 float shadowFactor(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
+#ifdef FEATURE_SHADOW_CUBE
+    if (shadows[shadow].shape == kShadowCube) return shadowFactor_cube(shadow, relative, normal, toLight);
+#endif
+#ifdef FEATURE_SHADOW_HEMISPHERES
+    if (shadows[shadow].shape == kShadowHemisphere) return shadowFactor_hemispheres(shadow, relative, normal, toLight);
+#endif
     return shadowFactor_map(shadow, relative, normal, toLight);
 }
 #endif

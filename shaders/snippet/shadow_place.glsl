@@ -3,15 +3,19 @@
 #include "structs/shadow.glsl"
 
 // Where a surface lies on a shadow map, moved by the biases so that it does not shadow itself; the same for every module
-// with maps. spread: the filter's reach in texels beyond the nearest texel.
+// with maps.
 struct ShadowPlace {
-    vec2 texel;     // in texels from the map's corner
-    float depth;    // undistorted, 1 nearest the light
-    float unwarp;   // stored depth of this depth = depth * unwarp
-    vec3 perTexelX; // metres across the light per texel, world axes
-    vec3 perTexelY;
-    bool isOn;      // false: beyond the map, where everything is lit
+    vec2 texel;      // in texels from the map's corner
+    float stored;    // what the map would hold there for this surface: depths are reversed, nearer is larger
+    vec2 slope;      // how that changes over the surface's plane, per texel
+    float distance;  // from the light along its axis, metres; of a directional light, from where maps begin
+    vec2 texelMetres;   // the lengths of the texel's sides across the light
+    bool isOn;       // false: beyond the map, where everything is lit
 };
+
+// A filter follows the surface's plane no further than this: where the light grazes (0.1: 84 degrees), the plane's depth
+// changes so fast over texels that it would run through what stands on it.
+const float kLeastFacing = 0.1;
 
 // The place across the light of a point relative to shadow.origin, and the scale that texels grow with.
 vec3 acrossLight(GpuShadow shadow, vec3 fromOrigin, out float scale) {
@@ -20,47 +24,99 @@ vec3 acrossLight(GpuShadow shadow, vec3 fromOrigin, out float scale) {
     return fromOrigin - axial * shadow.axisZ;
 }
 
-// relative: the surface, eye-relative world; normal: geometric, unit; toLight: unit.
-ShadowPlace placeOnShadowMap(GpuShadow shadow, vec3 relative, vec3 normal, vec3 toLight, float spread) {
+float largestOf(vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
+
+// relative moved by the biases, for a texel with these sides (metres, world axes).
+vec3 movedByBiases(GpuShadow shadow, vec3 relative, vec3 facing, vec3 toLight, vec3 texelX, vec3 texelY) {
+    float longer = sqrt(max(dot(texelX, texelX), dot(texelY, texelY)));
+    return relative +
+           facing * shadowNormalOffset(vec3(dot(facing, texelX), dot(facing, texelY), 0.0), 1.0, shadow.normalOffset) +
+           toLight * (shadow.constantBias * longer + shadowRoundingBias(largestOf(relative)));
+}
+
+// A step of a texel's side on the surface's plane: the side, and as far along the light as brings it back to the plane.
+vec3 stepOnPlane(vec3 side, vec3 facing, vec3 toLight) {
+    return side - toLight * (dot(facing, side) / max(dot(facing, toLight), kLeastFacing));
+}
+
+#ifdef FEATURE_SHADOW_HEMISPHERES
+ShadowPlace placeOnHemisphere(GpuShadow shadow, vec3 relative, vec3 facing, vec3 toLight) {
     ShadowPlace place;
+    float perTexel = length(shadow.texelX);
+    vec3 axisX = shadow.texelX / perTexel;
+    vec3 axisY = shadow.texelY / perTexel;
+    float far = length(relative - shadow.origin);
+    vec3 d = -toLight;
+    vec2 t = vec2(dot(d, axisX), dot(d, axisY)) / (1.0 - dot(d, shadow.axisZ));
+    // The inverse of the stereographic projection, differentiated: sides of a texel on the sphere around the light.
+    float q = 1.0 + dot(t, t);
+    vec3 sideX = (axisX * (2.0 / q - 4.0 * t.x * t.x / (q * q)) - axisY * (4.0 * t.x * t.y / (q * q)) +
+                  shadow.axisZ * (4.0 * t.x / (q * q))) * (far * perTexel);
+    vec3 sideY = (axisY * (2.0 / q - 4.0 * t.y * t.y / (q * q)) - axisX * (4.0 * t.x * t.y / (q * q)) +
+                  shadow.axisZ * (4.0 * t.y / (q * q))) * (far * perTexel);
+    vec3 moved = movedByBiases(shadow, relative, facing, toLight, sideX, sideY) - shadow.origin;
+    float movedFar = length(moved);
+    d = moved / max(movedFar, 1e-30);
+    t = vec2(dot(d, axisX), dot(d, axisY)) / max(1.0 - dot(d, shadow.axisZ), 1e-3);
+    place.texel = t / perTexel + 0.5 * shadow.mapSize;
+    place.stored = (shadow.depthOffset - movedFar) / shadow.depthScale;
+    place.slope = vec2(0.0);
+    place.distance = movedFar;
+    place.texelMetres = vec2(length(sideX));
+    place.isOn = all(greaterThanEqual(place.texel, vec2(0.0))) && all(lessThan(place.texel, vec2(shadow.mapSize)));
+    return place;
+}
+#endif
+
+// relative: the surface, eye-relative world; normal: geometric, unit; toLight: unit.
+ShadowPlace placeOnShadowMap(GpuShadow shadow, vec3 relative, vec3 normal, vec3 toLight) {
     vec3 facing = dot(normal, toLight) < 0.0 ? -normal : normal;
+#ifdef FEATURE_SHADOW_HEMISPHERES
+    if (shadow.shape == kShadowHemisphere) return placeOnHemisphere(shadow, relative, facing, toLight);
+#endif
+    ShadowPlace place;
     float scale;
     vec3 across = acrossLight(shadow, relative - shadow.origin, scale);
-    place.perTexelX = shadow.texelX * scale;
-    place.perTexelY = shadow.texelY * scale;
+    vec3 sideX = shadow.texelX * scale;
+    vec3 sideY = shadow.texelY * scale;
 #ifdef FEATURE_SHADOW_WARP
-    vec4 unmoved = shadow.clipFromRelative * vec4(relative, 1.0);
-    // w over the scale is 1 / unwarp.
-    float widening = unmoved.w / max(scale, 1e-30);
-    place.perTexelX = (place.perTexelX - across * shadow.warpX) * widening;
-    place.perTexelY = (place.perTexelY - across * shadow.warpY) * widening;
+    // w over the scale is 1 / dot(unwarp, m).
+    float widening = (shadow.clipFromRelative * vec4(relative, 1.0)).w / max(scale, 1e-30);
+    sideX = (sideX - across * shadow.warpX) * widening;
+    sideY = (sideY - across * shadow.warpY) * widening;
 #endif
-    vec3 normalMap = vec3(dot(facing, place.perTexelX), dot(facing, place.perTexelY), 0.0);
-    float texel = sqrt(max(dot(place.perTexelX, place.perTexelX), dot(place.perTexelY, place.perTexelY)));
-    float largest = max(max(abs(relative.x), abs(relative.y)), abs(relative.z));
-    vec3 moved = relative + facing * shadowNormalOffset(normalMap, 1.0, shadow.normalOffset + spread) +
-                 toLight * (shadow.constantBias * texel + shadowRoundingBias(largest));
-    vec4 clip = shadow.clipFromRelative * vec4(moved, 1.0);
+    vec4 clip = shadow.clipFromRelative * vec4(movedByBiases(shadow, relative, facing, toLight, sideX, sideY), 1.0);
     vec3 mapped = clip.xyz / clip.w;
-    place.depth = mapped.z;
-    place.unwarp = 1.0;
-#ifdef FEATURE_SHADOW_WARP
-    acrossLight(shadow, moved - shadow.origin, scale);
-    place.depth = clip.z / scale;
-#endif
     place.texel = (mapped.xy * 0.5 + 0.5) * shadow.mapSize;
+    place.stored = mapped.z;
     // Written so that NaN is off the map.
     place.isOn = clip.w > 0.0 && all(greaterThanEqual(place.texel, vec2(0.0))) &&
                  all(lessThan(place.texel, vec2(shadow.mapSize)));
+    place.slope = vec2(0.0);
+#ifdef FEATURE_SHADOW_FILTER
+    // A plane in the world is a plane on the map, warped or not: what it stores is linear in the texel.
+    vec4 stepX = shadow.clipFromRelative * vec4(stepOnPlane(sideX, facing, toLight), 0.0);
+    vec4 stepY = shadow.clipFromRelative * vec4(stepOnPlane(sideY, facing, toLight), 0.0);
+    place.slope = vec2(stepX.z - mapped.z * stepX.w, stepY.z - mapped.z * stepY.w) / clip.w;
+    place.texelMetres = vec2(length(sideX), length(sideY));
+    float depth = mapped.z;
+#ifdef FEATURE_SHADOW_WARP
+    depth /= dot(shadow.unwarp, vec3(mapped.xy, 1.0));
+#endif
+    place.distance = shadow.isPerspective > 0.5 ? shadow.depthScale / (depth + shadow.depthOffset)
+                                                : shadow.depthOffset - shadow.depthScale * depth;
+#endif
     return place;
 }
 
-// What the map would hold at a texel for the place's depth.
-float storedDepthAt(GpuShadow shadow, ShadowPlace place, vec2 texelCentre) {
+// What the map would hold at the nearest texel's centre for a surface that stays at the place's distance across the texel:
+// under a warp that is not what it would hold at the place itself.
+float storedAtNearest(GpuShadow shadow, ShadowPlace place) {
 #ifdef FEATURE_SHADOW_WARP
-    vec2 m = texelCentre * (2.0 / shadow.mapSize) - 1.0;
-    return place.depth * dot(shadow.unwarp, vec3(m, 1.0));
+    vec2 centre = (floor(place.texel) + 0.5) * (2.0 / shadow.mapSize) - 1.0;
+    vec2 exact = place.texel * (2.0 / shadow.mapSize) - 1.0;
+    return place.stored * dot(shadow.unwarp, vec3(centre, 1.0)) / dot(shadow.unwarp, vec3(exact, 1.0));
 #else
-    return place.depth;
+    return place.stored;
 #endif
 }

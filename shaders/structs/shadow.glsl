@@ -31,9 +31,9 @@ struct GpuShadow {
     float lightSize;        // metres; directional: metres of penumbra per metre
     float maxTexels;        // of a penumbra
     uint shape;
-    uint samplesPerRow;
-    uint blockerSamples;
-    uint filterSamples;
+    uint filterSamples;     // along each side of a filter
+    uint blockerSamples;    // along each side of the search for blockers
+    uint boundsBlock;       // texels along each side of a block of shadowBounds
 };
 LAYOUT_SIZE(GpuShadow, 192)
 LAYOUT_OFFSET(GpuShadow, warpX, 76)
@@ -46,4 +46,4 @@ LAYOUT_OFFSET(GpuShadow, constantBias, 144)
 LAYOUT_OFFSET(GpuShadow, depthOffset, 156)
 LAYOUT_OFFSET(GpuShadow, filterTexels, 160)
 LAYOUT_OFFSET(GpuShadow, shape, 176)
-LAYOUT_OFFSET(GpuShadow, filterSamples, 188)
+LAYOUT_OFFSET(GpuShadow, boundsBlock, 188)

@@ -116,7 +116,10 @@ class DrawTest : public ::testing::Test {
         scene = std::make_unique<Aspect>(*types, ids);
         root = scene->create<Node>("root");
         viewport = scene->create<Viewport>("main");
-        scene->edit(viewport).set<&Viewport::root>(root).set<&Viewport::shadowMode>(ShadowMode::Standard);
+        scene->edit(viewport)
+            .set<&Viewport::root>(root)
+            .set<&Viewport::shadowMode>(ShadowMode::Standard)
+            .set<&Viewport::reuseMaps>(false);  // tiles are drawn one after the other as by servers of their own
     }
     void TearDown() override {
         renderer.reset();  // before its context

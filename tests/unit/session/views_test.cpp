@@ -78,8 +78,8 @@ TEST_F(Views, ImpossibleViewportsAreRefusedByName) {
     EXPECT_FALSE(refused({0, 0}, {1, 1}));
     EXPECT_FALSE(resolveViews(aspect, window, {0, 480}));
     EXPECT_FALSE(resolveViews(aspect, Ref<Window>(), {640, 480}));
-    aspect.edit(viewport).set<&Viewport::shadowMode>(ShadowMode::Trapezoid);
-    EXPECT_NE(resolveViews(aspect, window, {640, 480}).error().message.find("'trapez'"), std::string::npos);
+    aspect.edit(viewport).set<&Viewport::shadowMode>(ShadowMode::VolumeZFail);
+    EXPECT_NE(resolveViews(aspect, window, {640, 480}).error().message.find("'zfail'"), std::string::npos);
     aspect.edit(viewport).set<&Viewport::shadowMode>(ShadowMode::None).set<&Viewport::camera>(Ref<Container>());
     EXPECT_FALSE(resolveViews(aspect, window, {640, 480}));
     aspect.edit(viewport).set<&Viewport::root>(Ref<Node>());
@@ -124,7 +124,9 @@ TEST_F(Views, BothEyesShareTheUnionsMapAndPerViewDoesNot) {
 }
 
 TEST_F(Views, WarningsComeOnceAndViewsAreTheSameEveryTime) {
-    node(root, any(aspect.create<PointLight>("inside")));
+    const auto spot = aspect.create<SpotLight>("wide");
+    aspect.edit(spot).set<&SpotLight::outerAngle>(1.57079633f);
+    node(root, any(spot));
     for (int i = 0; i < 3; ++i)
         aspect.edit(addViewport())
             .set<&Viewport::shadowMode>(ShadowMode::Standard)

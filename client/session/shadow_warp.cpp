@@ -1,0 +1,304 @@
+#include "client/session/shadow_warp.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace umbriel {
+
+namespace {
+
+// Nobody stands with the nose on a receiver: eye distances below this share of the largest are taken as this. Without it
+// the air before the eye would get most of the map wherever the eye is inside the scene's box.
+constexpr double kNearShare = 1.0 / 16.0;
+// w varies by no more over a map: at 4096 a float's 24 bits leave 12 for the place in it.
+constexpr double kMaxWidening = 256.0;
+
+struct Corner {
+    double x = 0.0, y = 0.0;    // across the light; y along the view's direction, from 0 at the body's near end
+    double depth = 0.0;         // from the eye, metres, not below the near share
+    double scale = 1.0;         // metres per unit across the light
+};
+
+// The body in a frame turned into the view's direction.
+struct TurnedBody {
+    glm::dmat3 turnedFromAcross{1.0};
+    glm::dmat3 mapFromTurned{1.0};
+    std::vector<Corner> corners;
+    double length = 0.0;        // largest y
+    bool usable = false;
+};
+
+double smoothStep(double from, double to, double value) {
+    const double t = std::clamp((value - from) / (to - from), 0.0, 1.0);
+    return t * t * (3.0 - 2.0 * t);
+}
+
+// Smallest value of a function with one minimum.
+template <class Function>
+double minimise(double lower, double upper, Function&& function) {
+    constexpr double kGolden = 0.6180339887498949;
+    double a = upper - kGolden * (upper - lower), b = lower + kGolden * (upper - lower);
+    double fa = function(a), fb = function(b);
+    for (int i = 0; i < 80; ++i) {
+        if (fa <= fb) {
+            upper = b;
+            b = a;
+            fb = fa;
+            a = upper - kGolden * (upper - lower);
+            fa = function(a);
+        } else {
+            lower = a;
+            a = b;
+            fa = fb;
+            b = lower + kGolden * (upper - lower);
+            fb = function(b);
+        }
+    }
+    return 0.5 * (lower + upper);
+}
+
+glm::dvec3 middleOf(const LightBody& body) {
+    glm::dvec3 lower = body.points.front(), upper = lower;
+    for (const glm::dvec3& point : body.points) {
+        lower = glm::min(lower, point);
+        upper = glm::max(upper, point);
+    }
+    return 0.5 * (lower + upper);
+}
+
+TurnedBody turned(const LightBody& body) {
+    TurnedBody result;
+    if (body.eyeDepths.size() != body.points.size() || body.points.empty()) return result;
+    // How a step along the view's axis looks from the light.
+    const glm::dvec3 middle = middleOf(body);
+    glm::dvec2 along(body.axisLight);
+    if (body.perspective) {
+        const glm::dvec2 tangent = body.across(middle);
+        along += tangent * body.axisLight.z;
+    }
+    const double sine = glm::length(along);
+    if (!(sine > 1e-9)) return result;
+    const glm::dvec2 u = along / sine;
+    // Rows: the new x and y axes.
+    result.turnedFromAcross = glm::transpose(glm::dmat3(u.y, -u.x, 0.0, u.x, u.y, 0.0, 0.0, 0.0, 1.0));
+    // The map turns into the view's direction only as far as that direction means something: seen along the light it stays
+    // as the uniform map is. A quarter turn more or less is the same map.
+    const double angle = std::atan2(u.x, u.y);
+    const double quarter = std::round(angle / 1.5707963267948966) * 1.5707963267948966;
+    const double back = (angle - quarter) * (1.0 - smoothStep(0.02, 0.2, sine));
+    const double c = std::cos(back), s = std::sin(back);
+    result.mapFromTurned = glm::dmat3(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
+    double lowest = std::numeric_limits<double>::infinity();
+    double farthest = 0.0;
+    for (std::size_t i = 0; i < body.points.size(); ++i) {
+        const glm::dvec3 t = result.turnedFromAcross * glm::dvec3(body.across(body.points[i]), 1.0);
+        result.corners.push_back({t.x, t.y, body.eyeDepths[i], body.perspective ? -body.points[i].z : 1.0});
+        lowest = std::min(lowest, t.y);
+        farthest = std::max(farthest, body.eyeDepths[i]);
+    }
+    if (!(farthest > 0.0)) return result;
+    for (Corner& corner : result.corners) {
+        corner.y -= lowest;
+        corner.depth = std::max(corner.depth, kNearShare * farthest);
+        result.length = std::max(result.length, corner.y);
+    }
+    glm::dmat3 shift(1.0);
+    shift[2][1] = -lowest;
+    result.turnedFromAcross = shift * result.turnedFromAcross;
+    result.usable = result.length > body.smallest;
+    return result;
+}
+
+// w = 1 + steepness * y, with the centre of projection where the body's picture becomes narrowest.
+glm::dmat3 warpOf(const TurnedBody& body, double steepness) {
+    if (!(steepness * body.length > 1e-9)) return glm::dmat3(1.0);
+    double left = std::numeric_limits<double>::infinity(), right = -left;
+    for (const Corner& corner : body.corners) {
+        left = std::min(left, corner.x);
+        right = std::max(right, corner.x);
+    }
+    const auto width = [&](double centre) {
+        double lower = std::numeric_limits<double>::infinity(), upper = -lower;
+        for (const Corner& corner : body.corners) {
+            const double x = (corner.x - centre) / (1.0 + steepness * corner.y);
+            lower = std::min(lower, x);
+            upper = std::max(upper, x);
+        }
+        return upper - lower;
+    };
+    glm::dmat3 warp(1.0);
+    warp[2][0] = -minimise(left, right, width);
+    warp[1][2] = steepness;
+    return body.mapFromTurned * warp * body.turnedFromAcross;
+}
+
+// The steepness 1 / n of the light-space perspective. The worst texel over the corners, d (s y + 1)^2 / ((1 + s d) z) for
+// each, has one minimum in s.
+double bestSteepness(const TurnedBody& body) {
+    const double d = body.length;
+    const auto worst = [&](double widening) {
+        double largest = 0.0;
+        for (const Corner& corner : body.corners) {
+            const double w = 1.0 + widening * corner.y / d;
+            largest = std::max(largest, corner.scale * w * w / corner.depth);
+        }
+        return largest / (1.0 + widening);
+    };
+    const double best = std::expm1(minimise(0.0, std::log(kMaxWidening), [&](double logarithm) {
+        return worst(std::expm1(logarithm));
+    }));
+    // The search ends next to the minimum, not on it: next to none is none.
+    return best < 1e-6 ? 0.0 : best / d;
+}
+
+}  // namespace
+
+glm::dmat3 lispWarp(const LightBody& body, const ShadowFitRequest& request) {
+    const TurnedBody seen = turned(body);
+    if (!seen.usable) return glm::dmat3(1.0);
+    const double steepness = bestSteepness(seen) / static_cast<double>(request.lispFactor);
+    return warpOf(seen, std::min(steepness, kMaxWidening / seen.length));
+}
+
+glm::dmat3 trapezoidWarp(const LightBody& body, const ShadowFitRequest& request) {
+    const TurnedBody seen = turned(body);
+    if (!seen.usable) return glm::dmat3(1.0);
+    constexpr double kXi = -0.6;
+    const double lambda = seen.length;
+    const double delta = static_cast<double>(request.range) * lambda;
+    // 1 / eta, which is 0 at the 0.8 lambda where eta is infinite.
+    double steepness = std::max(lambda - 2.0 * delta - lambda * kXi, 0.0) / (lambda * delta * (1.0 + kXi));
+    // Where even the perspective that knows the eye's distances finds little to gain, there is no near end to favour.
+    constexpr double kBeyondBest = 16.0;
+    steepness = std::min({steepness, kBeyondBest * bestSteepness(seen), kMaxWidening / lambda});
+    // Sides that open too wide: the centre moves back until they do not.
+    const double limit = std::tan(0.5 * std::clamp(static_cast<double>(request.maxSideAngle), 0.01, 3.0));
+    double left = std::numeric_limits<double>::infinity(), right = -left;
+    for (const Corner& corner : seen.corners) {
+        left = std::min(left, corner.x);
+        right = std::max(right, corner.x);
+    }
+    const auto opening = [&](double s) {
+        double widest = 0.0;
+        for (const Corner& corner : seen.corners)
+            widest = std::max(widest, std::abs(corner.x - 0.5 * (left + right)) * s / (1.0 + s * corner.y));
+        return widest;
+    };
+    if (opening(steepness) > limit) {
+        double narrow = 0.0, wide = steepness;
+        for (int i = 0; i < 80; ++i) {
+            const double middle = 0.5 * (narrow + wide);
+            (opening(middle) > limit ? wide : narrow) = middle;
+        }
+        steepness = narrow;
+    }
+    return warpOf(seen, steepness);
+}
+
+glm::dmat3 perspectiveWarp(const LightBody& body, const ShadowFitRequest&) {
+    const glm::dmat3 identity(1.0);
+    const double agreement = glm::length(body.axisLight);
+    if (body.eyeDepths.size() != body.points.size() || body.points.empty() || !(agreement > 1e-6)) return identity;
+    const glm::dvec3 forward = body.axisLight / agreement;
+    // Any frame around the axis that does not jump while it turns past the light: across it, the light's x.
+    const glm::dvec3 side = std::abs(forward.x) < 0.99 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+    const glm::dvec3 up = glm::normalize(glm::cross(glm::cross(forward, side), forward));
+    const glm::dvec3 right = glm::cross(forward, up);
+    double farthest = 0.0, nearest = std::numeric_limits<double>::infinity();
+    for (const glm::dvec3& point : body.points) {
+        const double depth = glm::dot(point - body.eyeLight, forward);
+        farthest = std::max(farthest, depth);
+        nearest = std::min(nearest, depth);
+    }
+    if (!(farthest > 0.0)) return identity;
+    nearest = std::max(nearest, kNearShare * farthest);
+    const double behind = std::max(0.0, kNearShare * farthest);
+
+    // The homography with the camera this far behind the eye, and how near the body comes to its horizon.
+    const auto warpAt = [&](double slide, double& ratio) {
+        const glm::dvec3 camera = body.eyeLight - slide * forward;
+        const double n = nearest + slide, f = std::max(farthest + slide, n * 1.000001);
+        double widestX = 0.0, widestY = 0.0;
+        for (const glm::dvec3& point : body.points) {
+            const glm::dvec3 p = point - camera;
+            const double depth = std::max(glm::dot(p, forward), behind);
+            widestX = std::max(widestX, std::abs(glm::dot(p, right)) / depth);
+            widestY = std::max(widestY, std::abs(glm::dot(p, up)) / depth);
+        }
+        widestX = std::max(widestX, 1e-9);
+        widestY = std::max(widestY, 1e-9);
+        // Clip space of the camera, z from -1 at n to 1 at f, of a point or (w = 0) a direction.
+        const auto clip = [&](const glm::dvec3& p, double w) {
+            const glm::dvec3 relative = p - camera * w;
+            const double depth = glm::dot(relative, forward);
+            return glm::dvec4(glm::dot(relative, right) / widestX, glm::dot(relative, up) / widestY,
+                              (depth * (f + n) - 2.0 * f * n * w) / (f - n), depth);
+        };
+        const glm::dvec4 light = body.perspective ? clip(glm::dvec3(0.0), 1.0) : clip({0.0, 0.0, 1.0}, 0.0);
+        // From the light's image to the middle of the cube, in homogeneous coordinates: l' may be at infinity.
+        glm::dvec3 axis = -glm::dvec3(light);
+        const double length = glm::length(axis);
+        glm::dmat3 warp(1.0);
+        ratio = 0.0;
+        if (!(length > 0.0)) return warp;
+        axis /= length;
+        const glm::dvec3 other = std::abs(axis.x) < 0.99 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 0, 1);
+        const glm::dvec3 e1 = glm::normalize(other - glm::dot(other, axis) * axis);
+        const glm::dvec3 e2 = glm::cross(axis, e1);
+        // (q - l') in coordinates e1, e2 and axis, q being a point's image; linear in the point, nothing along the ray.
+        const auto picture = [&](const glm::dvec4& q) {
+            const glm::dvec3 v = glm::dvec3(q);
+            return glm::dvec3(glm::dot(v, e1), glm::dot(v, e2),
+                              (glm::dot(v, axis) * light.w - glm::dot(glm::dvec3(light), axis) * q.w) / length);
+        };
+        if (body.perspective) {
+            warp[0] = picture(clip({1.0, 0.0, 0.0}, 0.0));
+            warp[1] = picture(clip({0.0, 1.0, 0.0}, 0.0));
+            warp[2] = picture(clip({0.0, 0.0, -1.0}, 0.0));
+        } else {
+            warp[0] = picture(clip({1.0, 0.0, 0.0}, 0.0));
+            warp[1] = picture(clip({0.0, 1.0, 0.0}, 0.0));
+            warp[2] = picture(clip({0.0, 0.0, 0.0}, 1.0));
+        }
+        double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+        for (const glm::dvec3& point : body.points) {
+            const double w = (warp * glm::dvec3(body.across(point), 1.0)).z;
+            lowest = std::min(lowest, w);
+            highest = std::max(highest, w);
+        }
+        if (highest <= 0.0) {
+            warp *= -1.0;
+            std::swap(lowest, highest);
+            lowest = -lowest;
+            highest = -highest;
+        }
+        ratio = lowest > 0.0 ? lowest / highest : 0.0;
+        if (lowest > 0.0) warp *= 1.0 / lowest;
+        return warp;
+    };
+    // (f + n) / (f - n) >= 1.5 (Kozlov 2004), then the horizon.
+    constexpr double kLeastRatio = 1.0 / 32.0;
+    double slide = std::max(0.0, 0.25 * (farthest - 5.0 * nearest));
+    double ratio = 0.0;
+    glm::dmat3 warp = warpAt(slide, ratio);
+    if (ratio >= kLeastRatio) return warp;
+    double tooNear = slide;
+    double enough = std::max(slide, farthest);
+    for (int i = 0; i < 40 && ratio < kLeastRatio; ++i) {
+        warp = warpAt(enough, ratio);
+        if (ratio < kLeastRatio) {
+            tooNear = enough;
+            enough *= 2.0;
+        }
+    }
+    if (ratio < kLeastRatio) return identity;
+    for (int i = 0; i < 60; ++i) {
+        const double middle = 0.5 * (tooNear + enough);
+        warpAt(middle, ratio);
+        (ratio < kLeastRatio ? tooNear : enough) = middle;
+    }
+    return warpAt(enough, ratio);
+}
+
+}  // namespace umbriel

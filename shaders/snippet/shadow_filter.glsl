@@ -1,0 +1,155 @@
+#include "snippet/shadow_nearest.glsl"
+
+// Percentage-closer filtering (Reeves, Salesin & Cook 1987) over squares of texels, with samples on a regular grid around
+// the surface's place: no pattern depends on the pixel, so tiles agree.
+//
+// Loops run zero times where the result is known before: software renderers execute both sides of a branch, but leave a
+// loop when no pixel of a group is in it.
+
+// Depths within this of a plane are not decided by it: the planes are sums of rounded numbers, unlike what is compared.
+const float kUndecided = 1e-6;
+// Texels that a block holds beyond its stride, on each side; as in stage/shadow_bounds.frag.glsl.
+const float kBoundsMargin = 6.0;
+
+// 1: nothing within radius texels can darken the place. 0: everything does. Else 2. Blocks overlap: the one whose middle is
+// nearest holds all texels within half of what it is larger than their distance.
+float decidedAround(sampler2DArray bounds, GpuShadow shadow, ShadowPlace place, vec2 radius) {
+    float stride = float(shadow.boundsBlock);
+    vec2 block = clamp(floor(place.texel / stride), vec2(0.0), floor((vec2(shadow.mapSize) - 1.0) / stride));
+    vec4 planes = texelFetch(bounds, ivec3(ivec2(block), int(shadow.layer)), 0);
+    // To the centre of the farthest texel.
+    vec2 reach = radius + 0.5;
+    float apart = dot(abs(place.slope - planes.xy), reach) + kUndecided;
+    float here = place.stored - dot(planes.xy, place.texel - (block + 0.5) * stride);
+    float decided = here - planes.w >= apart ? 1.0 : planes.z - here > apart ? 0.0 : 2.0;
+    return max(reach.x, reach.y) <= kBoundsMargin ? decided : 2.0;
+}
+
+#ifdef FEATURE_SHADOW_BILINEAR
+const float kBilinearReach = 1.0;
+#else
+const float kBilinearReach = 0.0;
+#endif
+
+float compareAt(sampler2DArray maps, GpuShadow shadow, ShadowPlace place, vec2 texel) {
+    ivec2 nearest = clamp(ivec2(floor(texel)), ivec2(0), ivec2(int(shadow.mapSize) - 1));
+    float stored = texelFetch(maps, ivec3(nearest, int(shadow.layer)), 0).r;
+    return shadowCompare(-stored, -(place.stored + dot(place.slope, vec2(nearest) + 0.5 - place.texel)));
+}
+
+float sampleAt(sampler2DArray maps, GpuShadow shadow, ShadowPlace place, vec2 texel) {
+#ifdef FEATURE_SHADOW_BILINEAR
+    vec2 corner = floor(texel - 0.5) + 0.5;
+    vec2 share = texel - corner;
+    return shadowMix2x2(compareAt(maps, shadow, place, corner), compareAt(maps, shadow, place, corner + vec2(1.0, 0.0)),
+                        compareAt(maps, shadow, place, corner + vec2(0.0, 1.0)),
+                        compareAt(maps, shadow, place, corner + vec2(1.0)), share.x, share.y);
+#else
+    return compareAt(maps, shadow, place, texel);
+#endif
+}
+
+// The mean of samples x samples comparisons over a rectangle of `width` texels, or of those in the ellipse
+// within it; `known` (0
+// or 1) where that is the answer already.
+float averageOver(sampler2DArray maps, GpuShadow shadow, ShadowPlace place, vec2 width, bool isDisc, float known) {
+    int count = int(shadow.filterSamples);
+    int taps = known < 1.5 ? 0 : count * count;
+    vec2 step = width / float(count);
+    float half_ = 0.5 * float(count);
+    float farthest = isDisc ? half_ * half_ : 1e30;
+    vec2 offset = vec2(0.5 - half_);  // from the middle, in steps
+    float sum = 0.0;
+    float weight = 0.0;
+    for (int i = 0; i < taps; ++i) {
+        float isIn = dot(offset, offset) <= farthest ? 1.0 : 0.0;
+        sum += isIn * sampleAt(maps, shadow, place, place.texel + offset * step);
+        weight += isIn;
+        offset.x += 1.0;
+        if (offset.x > half_) offset = vec2(0.5 - half_, offset.y + 1.0);
+    }
+    return known < 1.5 ? known : sum / weight;
+}
+
+// A width across the light in texels of either side, none more than the widest.
+vec2 texelsOf(GpuShadow shadow, ShadowPlace place, float metres) {
+    vec2 sides = max(place.texelMetres, vec2(1e-30));
+    return min(metres, shadow.maxTexels * min(sides.x, sides.y)) / sides;
+}
+
+float filterPercentageCloser(sampler2DArray maps, sampler2DArray bounds, GpuShadow shadow, ShadowPlace place) {
+    vec2 width = shadow.filterMetres > 0.0 ? texelsOf(shadow, place, shadow.filterMetres) : vec2(shadow.filterTexels);
+    float known = place.isOn ? 2.0 : 1.0;
+#ifdef FEATURE_SHADOW_BOUNDS
+    float decided = decidedAround(bounds, shadow, place, 0.5 * width + kBilinearReach);
+    if (place.isOn) known = decided;
+#endif
+    return averageOver(maps, shadow, place, width, false, known);
+}
+
+#ifdef FEATURE_SHADOW_SOFT_FILTER
+// Of the depth stored at a texel, from the light along its axis.
+float distanceAt(GpuShadow shadow, float stored, vec2 texel) {
+    float depth = stored;
+#ifdef FEATURE_SHADOW_WARP
+    depth /= dot(shadow.unwarp, vec3(texel * (2.0 / shadow.mapSize) - 1.0, 1.0));
+#endif
+    return shadow.isPerspective > 0.5 ? shadow.depthScale / (depth + shadow.depthOffset)
+                                      : shadow.depthOffset - shadow.depthScale * depth;
+}
+
+// The width of the penumbra at the place behind an edge at this distance from the light, by similar triangles, in texels.
+vec2 penumbraTexels(GpuShadow shadow, ShadowPlace place, float blocker) {
+    float behind = max(place.distance - blocker, 0.0) * shadow.lightSize;
+    float metres = shadow.isPerspective > 0.5 ? behind / max(blocker, 1e-6 * place.distance) : behind;
+    return texelsOf(shadow, place, metres);
+}
+
+// Contact-hardening shadows (Fernando 2005): the mean distance of what blocks the light around the place gives the width
+// of its penumbra. Distances are linear, light and penumbra in metres; without a blocker the place is lit.
+float filterSoft(sampler2DArray maps, sampler2DArray bounds, GpuShadow shadow, ShadowPlace place) {
+    float known = place.isOn ? 2.0 : 1.0;
+    // A light without extent casts hard shadows: no search, and one sample decides.
+    bool isHard = !(shadow.lightSize > 0.0);
+    // Blockers at the light's side of the map lie within the widest penumbra there can be.
+    float nearest = shadow.isPerspective > 0.5 ? shadow.depthScale / (1.0 + shadow.depthOffset) : 0.0;
+    vec2 widest = penumbraTexels(shadow, place, nearest);
+#ifdef FEATURE_SHADOW_BOUNDS
+    float decided = decidedAround(bounds, shadow, place, 0.5 * widest + kBilinearReach);
+    if (place.isOn) known = decided;
+#endif
+    int count = int(shadow.blockerSamples);
+    int taps = known < 1.5 || isHard ? 0 : count * count;
+    vec2 step = widest / float(count);
+    vec2 first = place.texel - 0.5 * widest + 0.5 * step;
+    vec2 at = first;
+    int column = 0;
+    float sum = 0.0;
+    float found = 0.0;
+    for (int i = 0; i < taps; ++i) {
+        vec2 centre = clamp(floor(at), vec2(0.0), vec2(shadow.mapSize - 1.0)) + 0.5;
+        float stored = texelFetch(maps, ivec3(ivec2(centre), int(shadow.layer)), 0).r;
+        if (stored > place.stored + dot(place.slope, centre - place.texel)) {
+            sum += distanceAt(shadow, stored, centre);
+            found += 1.0;
+        }
+        ++column;
+        at.x += step.x;
+        if (column == count) {
+            column = 0;
+            at = vec2(first.x, at.y + step.y);
+        }
+    }
+    // Without a blocker the place is lit.
+    float outcome = known < 1.5 ? known : found == 0.0 ? 1.0 : 2.0;
+    vec2 width = penumbraTexels(shadow, place, sum / max(found, 1.0));
+#ifdef FEATURE_SHADOW_BOUNDS
+    float soft = averageOver(maps, shadow, place, width, true, isHard ? 1.0 : outcome);
+#else
+    // The plain loop, for comparison: every sample is taken.
+    float soft = averageOver(maps, shadow, place, width, true, known);
+    if (found == 0.0) soft = 1.0;
+#endif
+    return isHard ? filterNearest(maps, shadow, place) : soft;
+}
+#endif

@@ -1,0 +1,23 @@
+#include "snippet/hemisphere.glsl"
+
+// Divides a caster's edges until their chords leave the arcs by a quarter of a texel at most: the paraboloid's map is a
+// stereographic projection, where a chord over the angle a deviates by mapSize * a^2 / 16 texels at most.
+layout(vertices = 3) out;
+layout(location = 0) in vec3 positionLight[];
+layout(location = 0) out vec3 patchLight[];
+
+float levelOf(vec3 a, vec3 b) {
+    // Twice the half angle's sine bounds the angle well enough below a right angle; opposite directions get the most.
+    float angle = length(a / max(length(a), 1e-30) - b / max(length(b), 1e-30)) * 1.5707963;
+    return clamp(ceil(angle * sqrt(hemisphere.w) * 0.5), 1.0, 64.0);
+}
+
+void main() {
+    patchLight[gl_InvocationID] = positionLight[gl_InvocationID];
+    if (gl_InvocationID == 0) {
+        gl_TessLevelOuter[0] = levelOf(positionLight[1], positionLight[2]);
+        gl_TessLevelOuter[1] = levelOf(positionLight[2], positionLight[0]);
+        gl_TessLevelOuter[2] = levelOf(positionLight[0], positionLight[1]);
+        gl_TessLevelInner[0] = max(max(gl_TessLevelOuter[0], gl_TessLevelOuter[1]), gl_TessLevelOuter[2]);
+    }
+}
