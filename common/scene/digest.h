@@ -9,8 +9,8 @@
 namespace umbriel {
 
 // A digest of an aspect's state that does not depend on how the state came about: the sum, modulo 2^64, of
-// XXH3(container, field, block, XXH3(value)) over 1 KiB blocks of the chunks of multi fields, and XXH3(container, field,
-// value) of single ones, so it is equal after a snapshot and after any sequence of change lists that lead to the same
+// XXH3(container, field, value) over single fields, and over the 1 KiB blocks of multi fields' chunks of their XXH3 mixed
+// with container, field and block, so it is equal after a snapshot and after any sequence of change lists that lead to the same
 // graph, and costs what changed. Client and servers compare it every
 // frame. Containers of types that are not shipped do not count.
 class StateDigest {
