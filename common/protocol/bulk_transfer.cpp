@@ -10,6 +10,8 @@ namespace umbriel::protocol {
 namespace {
 
 constexpr std::size_t kQueueTarget = std::size_t{1} << 20;
+// Tiles of so many frames may be under way.
+constexpr std::uint64_t kFramesKept = 2;
 // Of a blob: short enough that most messages lie as a whole in what the receiver reads at once, so it need not join them.
 constexpr std::size_t kChunksPerMessage = 4;
 
@@ -20,6 +22,12 @@ void BulkSender::addBlob(const Hash128& hash, MultiStorage content) {
 }
 
 void BulkSender::addTile(std::uint64_t frame, TilePixels tile) {
+    // A client that reads slowly has given up older frames: what it would throw away need not wait here.
+    const auto givenUp = [frame](const Item& item) {
+        const Tile* old = std::get_if<Tile>(&item.what);
+        return old && old->frame + kFramesKept <= frame && old->layer == 0 && item.offset == 0;
+    };
+    std::erase_if(_items, givenUp);
     if (!tile.layers.empty()) _items.push_back({Tile{frame, std::move(tile), 0}});
 }
 

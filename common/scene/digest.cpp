@@ -113,10 +113,15 @@ std::uint64_t StateDigest::ofField(ContainerId id, std::uint32_t field) const {
     return found == _entries.end() || field >= found->second.fields.size() ? 0 : found->second.fields[field];
 }
 
-std::vector<std::pair<ContainerId, std::uint64_t>> StateDigest::containers() const {
+std::vector<std::pair<ContainerId, std::uint64_t>> StateDigest::containers(ContainerId after, std::size_t count) const {
     std::vector<std::pair<ContainerId, std::uint64_t>> containers;
     containers.reserve(_entries.size());
-    for (const auto& [id, entry] : _entries) containers.emplace_back(id, entry.sum);
+    for (const auto& [id, entry] : _entries)
+        if (after < id) containers.emplace_back(id, entry.sum);
+    if (count < containers.size()) {
+        std::nth_element(containers.begin(), containers.begin() + static_cast<std::ptrdiff_t>(count), containers.end());
+        containers.resize(count);
+    }
     std::sort(containers.begin(), containers.end());
     return containers;
 }

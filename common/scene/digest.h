@@ -23,8 +23,9 @@ class StateDigest {
     // To name the first difference when totals disagree. 0 for what does not exist.
     std::uint64_t ofContainer(ContainerId id) const;
     std::uint64_t ofField(ContainerId id, std::uint32_t field) const;
-    // Every container with its digest, ascending by id.
-    std::vector<std::pair<ContainerId, std::uint64_t>> containers() const;
+    // Containers with their digests, ascending by id: so many of those with a greater id than after.
+    std::vector<std::pair<ContainerId, std::uint64_t>> containers(ContainerId after = {},
+                                                                  std::size_t count = ~std::size_t{0}) const;
 
  private:
     struct Entry {
