@@ -2,7 +2,8 @@
 //   plain    a loop over a blocking socket: reads a frame, writes a ready, reads a swap
 //   receive  takes bytes without looking at them: 8 bytes of length, the bytes; answers each with one byte
 //   network  the protocol, answered on the network thread
-//   draw     the whole server with a renderer that draws nothing (--draw-ms N: that takes so long)
+//   draw     the whole server with a renderer that draws nothing (--draw-ms N: that takes so long; --port N, --blob-cache
+//            DIR: as umbriel-server has them)
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -106,16 +107,24 @@ class NetworkServer {
     StateDigest _digest;
 };
 
-int serveDraw(const std::string& name, const TypeRegistry& types, int descriptor, int milliseconds) {
+struct DrawOptions {
+    int milliseconds = 0;     // drawing takes so long
+    std::uint16_t port = 0;   // 0: one that is free
+    std::string blobCache;
+};
+
+int serveDraw(const std::string& name, const TypeRegistry& types, int descriptor, const DrawOptions& draw) {
     test::FakeRenderer renderer;
-    if (milliseconds > 0)
-        renderer.whileDrawing = [milliseconds] {
-            std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+    if (draw.milliseconds > 0)
+        renderer.whileDrawing = [&draw] {
+            std::this_thread::sleep_for(std::chrono::milliseconds(draw.milliseconds));
         };
     RenderServerOptions options;
     options.name = name;
     options.build = "bench";
     options.once = true;
+    options.listenPort = draw.port;
+    options.blobCache = draw.blobCache;
     options.listening = [descriptor](std::uint16_t port) { reportPort(descriptor, port); };
     RenderServer server(std::move(options), types, renderer);
     const auto done = server.run();
@@ -141,6 +150,9 @@ int main(int argc, char** argv) {
     else if (answer == "network")
         NetworkServer(name, types).run(descriptor);
     else
-        return serveDraw(name, types, descriptor, std::stoi(bench::option(argc, argv, "--draw-ms", "0")));
+        return serveDraw(name, types, descriptor,
+                         {std::stoi(bench::option(argc, argv, "--draw-ms", "0")),
+                          static_cast<std::uint16_t>(std::stoi(bench::option(argc, argv, "--port", "0"))),
+                          bench::option(argc, argv, "--blob-cache", "")});
     return 0;
 }
