@@ -92,11 +92,15 @@ Result<std::optional<wire::Blob>> BlobReceiver::part(const wire::BlobData& data)
         return failure(fmt::format("blob {} has {} bytes, {} were expected", toHex(data.hash), data.total, partial.bytes));
     if (data.offset != partial.received)
         return failure(fmt::format("blob {} continues at byte {}, not at {}", toHex(data.hash), data.offset, partial.received));
+    if (_begun && *_begun != data.hash)
+        return failure(fmt::format("blob {} begins before blob {} has ended", toHex(data.hash), toHex(*_begun)));
+    _begun = data.hash;
     if (const auto added = partial.assembler.add(data.bytes); !added) return added.error();
     partial.received += data.bytes.size();
     if (!partial.assembler.complete()) return std::optional<wire::Blob>();
     auto blob = partial.assembler.finish();
     _partial.erase(found);
+    _begun.reset();
     if (!blob) return blob.error();
     return std::optional<wire::Blob>(std::move(*blob));
 }

@@ -70,6 +70,7 @@ class BlobReceiver {
         std::uint64_t received = 0;
     };
     std::map<Hash128, Partial> _partial;
+    std::optional<Hash128> _begun;  // one after the other: each that has begun takes memory ahead of what has come
 };
 
 // Puts the tiles of one frame together.

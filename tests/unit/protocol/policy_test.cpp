@@ -283,6 +283,27 @@ TEST_F(BulkConnections, PixelsThatTrickleInForEverHoldTheWallUpOnce) {
     EXPECT_TRUE(client->client.isWhole());
 }
 
+TEST(BlobReceiver, TakesOneBlobAfterTheOther) {
+    const wire::Bytes content(100'000, std::byte{7});
+    MultiStorage data(1);
+    data.resize(content.size());
+    data.write(0, content);
+    const wire::BlobRef one{wire::hashOfBlob(data), 1, content.size()};
+    const wire::BlobRef other{{1, 2}, 1, content.size()};
+    protocol::BlobReceiver receiver;
+    EXPECT_TRUE(receiver.expect(one));
+    EXPECT_TRUE(receiver.expect(other));
+    const auto part = [&](const wire::BlobRef& of, std::size_t offset, std::size_t count) {
+        return receiver.part({of.hash, of.bytes, offset, std::span(content).subspan(offset, count)});
+    };
+    EXPECT_TRUE(part(one, 0, 60'000));
+    EXPECT_FALSE(part(other, 0, 1)) << "each that has begun takes memory ahead of what came";
+    const auto whole = part(one, 60'000, 40'000);
+    ASSERT_TRUE(whole && *whole);
+    EXPECT_EQ((*whole)->ref, one);
+    EXPECT_TRUE(part(other, 0, 1));
+}
+
 TEST(BulkSender, TilesOfFramesThatWereGivenUpDoNotPileUp) {
     protocol::BulkSender sender;
     for (std::uint64_t frame = 1; frame <= 1000; ++frame)
