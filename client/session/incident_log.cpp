@@ -20,7 +20,8 @@ std::vector<IncidentLog::Line> IncidentLog::take(TimePoint now) {
     for (auto& [key, recent] : _recent) {
         if (recent.suppressed == 0 || now - recent.written < kQuiet) continue;
         std::string text = std::move(recent.last);
-        if (recent.suppressed > 1) text += fmt::format(" (and {} times more since the last line)", recent.suppressed - 1);
+        if (recent.suppressed > 1)
+            text += fmt::format(" (and {} times more since the last line)", recent.suppressed - 1);
         _lines.push_back({key.second != Kind::Rejoined, std::move(text)});
         recent = {now, 0, {}};
     }

@@ -40,8 +40,9 @@ class MemoryNetwork {
     void setSilent(protocol::Endpoint& endpoint, bool silent);
     // While paused its program does nothing (a stopped process): what arrives waits for it, its timers too.
     void setPaused(protocol::Endpoint& endpoint, bool paused);
-    // From now on its nth connection that still lives (0: the oldest, a session's control connection) carries so many bytes
-    // a second at most, in either direction. 0: nothing arrives any more, as from or to a program that does not read.
+    // From now on its nth connection that still lives (0: the oldest, a session's control connection) carries so many
+    // bytes a second at most, in either direction. 0: nothing arrives any more, as from or to a program that does not
+    // read.
     void setPace(protocol::Endpoint& endpoint, std::size_t nth, std::uint64_t bytesPerSecond);
     // Resets one of its connections, if it has any: what is under way is lost.
     void reset(protocol::Endpoint& endpoint);

@@ -9,10 +9,10 @@
 namespace umbriel {
 
 // A digest of an aspect's state that does not depend on how the state came about: the sum, modulo 2^64, of
-// XXH3(container, field, value) over single fields, and over the 1 KiB blocks of multi fields' chunks of their XXH3 mixed
-// with container, field and block, so it is equal after a snapshot and after any sequence of change lists that lead to the same
-// graph, and costs what changed. Client and servers compare it every
-// frame. Containers of types that are not shipped do not count.
+// XXH3(container, field, value) over single fields, and over the 1 KiB blocks of multi fields' chunks of their XXH3
+// mixed with container, field and block, so it is equal after a snapshot and after any sequence of change lists that
+// lead to the same graph, and costs what changed. Client and servers compare it every frame. Containers of types that
+// are not shipped do not count.
 class StateDigest {
  public:
     // Follows a change list that was just committed by, or applied to, the aspect. Where an applied list won over the

@@ -91,7 +91,8 @@ std::optional<wire::Blob> BlobFolder::load(const wire::BlobRef& ref) {
     };
     auto blob = read();
     if (!blob) {
-        log::warning(fmt::format("the blob cache's {} is damaged and deleted: {}", path.string(), blob.error().message));
+        log::warning(
+            fmt::format("the blob cache's {} is damaged and deleted: {}", path.string(), blob.error().message));
         ::unlink(path.c_str());
         return std::nullopt;
     }
@@ -117,7 +118,8 @@ void BlobFolder::store(const wire::Blob& blob) {
 
 Result<void> BlobFolder::write(const wire::Blob& blob, const fs::path& path) {
     // No other server has this process' number, and none of its threads this counter.
-    const fs::path part = _folder / fmt::format("{}-{}-{}{}", toHex(blob.ref.hash), ::getpid(), _counter++, kHalfWritten);
+    const fs::path part =
+        _folder / fmt::format("{}-{}-{}{}", toHex(blob.ref.hash), ::getpid(), _counter++, kHalfWritten);
     Descriptor file(::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600));
     if (file.get() < 0) return systemError(part.string());
     const auto failed = [&] {
@@ -159,9 +161,8 @@ void BlobFolder::makeRoom(std::uint64_t bytes) {
         _found += size;
     }
     _unaccounted = 0;
-    std::sort(files.begin(), files.end(), [](const File& a, const File& b) {
-        return a.used != b.used ? a.used < b.used : a.path < b.path;
-    });
+    std::sort(files.begin(), files.end(),
+              [](const File& a, const File& b) { return a.used != b.used ? a.used < b.used : a.path < b.path; });
     for (const File& file : files) {
         if (_found + bytes <= _limit) break;
         std::error_code ignored;

@@ -67,7 +67,7 @@ struct RenderServer::Implementation {
         std::vector<wire::BlobRef> needed;  // offer.blobs has the first of them
     };
     std::deque<WaitingJob> waitingJobs;  // for blobs
-    std::unique_ptr<JobQueue> jobs;            // posts to the pump until it is gone
+    std::unique_ptr<JobQueue> jobs;      // posts to the pump until it is gone
     std::unique_ptr<BlobLibrarian> librarian;  // likewise; null without a folder
     bool leaving = false;
     std::promise<void> left;     // when the last connection is closed

@@ -30,8 +30,8 @@ const std::filesystem::path kPrograms = UMBRIEL_BIN_DIR;
 // Bytes to a process that only takes them.
 class Floor {
  public:
-    Floor()
-        : _process(bench::need(ServerProcess::start(kPrograms / "bench_server", {"--answer", "receive"}, {}))),
+    explicit Floor(const std::string& answer)
+        : _process(bench::need(ServerProcess::start(kPrograms / "bench_server", {"--answer", answer}, {}))),
           _socket(bench::PlainSocket::dial(bench::need(_process.waitForPort(std::chrono::seconds(60))))) {}
     double secondsToSend(std::span<const std::byte> bytes) {
         return bench::secondsOf([&] {
@@ -190,8 +190,9 @@ Joined joinOnce(Aspect& scene, const TypeRegistry& types, const std::string& cac
     if (!cache.empty()) options.serverArguments.insert(options.serverArguments.end(), {"--blob-cache", cache});
     std::unique_ptr<Cluster> cluster;
     Joined joined;
-    joined.connecting = bench::secondsOf(
-        [&] { cluster = bench::need(Cluster::connect(options, types, {{0, {0, 0, 32, 16}, Eye::Mono}})); });
+    joined.connecting = bench::secondsOf([&] {
+        cluster = bench::need(Cluster::connect(options, types, {{0, {0, 0, 32, 16}, Eye::Mono}}));
+    });
     joined.frame = bench::secondsOf(
         [&] { joined.bytes = bench::need(cluster->frame(scene, viewsOfTwo(), 0.0, false)).servers[0].bytes; });
     std::this_thread::sleep_for(std::chrono::duration<double>(stay));
@@ -203,6 +204,7 @@ void join(const bench::Report& report, const TypeRegistry& types, Floor& floor) 
     Aspect scene(types, ids);
     const double filling = bench::secondsOf([&] { fill(scene, 1.0f); });
     const wire::Bytes same(kGeometries * kVertices * 12, std::byte{1});
+    Floor keeping("keep");
     const auto folder = std::filesystem::temp_directory_path() / fmt::format("umbriel-bench-{}", ::getpid());
     std::vector<double> connecting;
     std::vector<double> preparing;
@@ -226,7 +228,8 @@ void join(const bench::Report& report, const TypeRegistry& types, Floor& floor) 
             const Joined joined = joinOnce(scene, types, folder.string());
             cachedBytes = static_cast<double>(joined.bytes);
             return joined.frame;
-        });
+        },
+        [&] { return keeping.secondsToSend(same); });
     std::error_code ignored;
     std::filesystem::remove_all(folder, ignored);
     report.figure("join to a 100 MB scene: making it, block hashes included", filling * 1e3, "ms");
@@ -236,6 +239,8 @@ void join(const bench::Report& report, const TypeRegistry& types, Floor& floor) 
     report.figure("join to a 100 MB scene: first frame", seconds[0] * 1e3, "ms");
     report.figure("join to a 100 MB scene: raw transfer", seconds[1] * 1e3, "ms");
     report.figure("join to a 100 MB scene: first frame / raw transfer", seconds.ratio({0}, 1), "x", 1.25);
+    report.figure("join to a 100 MB scene: raw transfer into fresh memory", seconds[3] * 1e3, "ms");
+    report.figure("join to a 100 MB scene: first frame / raw transfer into fresh memory", seconds.ratio({0}, 3), "x");
     report.figure("join to a 100 MB scene: from its blob cache, bytes sent", cachedBytes, "bytes");
     report.figure("join to a 100 MB scene: from its blob cache, first frame", seconds[2] * 1e3, "ms");
     report.figure("join to a 100 MB scene: from its blob cache / raw transfer", seconds.ratio({2}, 1), "x");
@@ -255,8 +260,8 @@ void others(const bench::Report& report, const TypeRegistry& types, int drawMill
     options.policy = FailurePolicy::Degrade;
     options.startIncomplete = true;
     options.connectTimeout = std::chrono::milliseconds(500);
-    auto cluster =
-        bench::need(Cluster::connect(options, types, {{0, {0, 0, 16, 16}, Eye::Mono}, {1, {16, 0, 16, 16}, Eye::Mono}}));
+    auto cluster = bench::need(
+        Cluster::connect(options, types, {{0, {0, 0, 16, 16}, Eye::Mono}, {1, {16, 0, 16, 16}, Eye::Mono}}));
     double turn = 0.0;
     FrameReport last;
     const auto frame = [&] {
@@ -295,8 +300,8 @@ void others(const bench::Report& report, const TypeRegistry& types, int drawMill
         const std::string which = part == 0.5 ? "median" : "p99";
         report.figure(fmt::format("{}: {} frame before", name, which), percentile(before, part) * 1e3, "ms");
         report.figure(fmt::format("{}: {} frame meanwhile", name, which), percentile(during, part) * 1e3, "ms");
-        report.figure(fmt::format("{}: {} ratio", name, which), percentile(during, part) / percentile(before, part), "x",
-                      part == 0.5 ? 1.2 : 0.0);
+        report.figure(fmt::format("{}: {} ratio", name, which), percentile(during, part) / percentile(before, part),
+                      "x", part == 0.5 ? 1.2 : 0.0);
     }
 }
 
@@ -308,7 +313,7 @@ int main(int argc, char** argv) {
     const bench::Report report(bench::hasFlag(argc, argv, "--json"));
     TypeRegistry types;
     registerCoreTypes(types);
-    Floor floor;
+    Floor floor("receive");
     const std::string only = bench::option(argc, argv, "--only", "");
     if (only.empty() || only == "transforms") transforms(report, types, floor);
     if (only.empty() || only == "geometry") geometry(report, types, floor);
