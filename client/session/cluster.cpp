@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "client/session/incident_log.h"
 #include "client/session/server_process.h"
 #include "common/base/log.h"
 #include "common/net/asio_pump.h"
@@ -27,6 +28,8 @@ constexpr std::size_t kPartBytes = 128 * 1024;
 // Embedded servers start a driver each; on a busy machine dozens of them take a while.
 constexpr auto kEmbeddedStart = std::chrono::seconds(60);
 constexpr auto kStillWaiting = std::chrono::seconds(5);
+// A server whose state differs says in milliseconds where; it draws nothing meanwhile.
+constexpr auto kCompareWithin = std::chrono::seconds(1);
 
 std::filesystem::path programBeside() {
     std::error_code error;
@@ -85,7 +88,7 @@ class ConnectedCluster final : public Cluster {
 
     Result<void> connect() {
         if (auto done = request([] {}, "connecting"); !done) return done;
-        announce();
+        announce(nullptr);
         _pump.enter([this] { describe(); });
         return {};
     }
@@ -118,7 +121,14 @@ class ConnectedCluster final : public Cluster {
         outgoing.changes = std::move(encoded.parts);
         outgoing.blobs = blobsOf(encoded);
         outgoing.digest = _digest.total();
-        if (!first && snapshotWanted()) {
+        bool snapshotWanted = false;
+        bool digestsWanted = false;
+        _pump.enter([&] {
+            snapshotWanted = !first && _client.wantsSnapshot();
+            digestsWanted = _client.wantsDigests();
+        });
+        if (digestsWanted) outgoing.digests = std::make_shared<const StateDigest>(_digest);
+        if (snapshotWanted) {
             wire::EncodedChanges whole = encode(scene.snapshot(), scene);
             outgoing.snapshot.emplace();
             outgoing.snapshot->parts = std::move(whole.parts);
@@ -250,12 +260,15 @@ class ConnectedCluster final : public Cluster {
     // is one to compare with.
     Result<FrameReport> takeReport(const Aspect* scene) {
         FrameReport report;
-        report.rejoined = announce();
+        Announced announced = announce(scene);
+        report.rejoined = announced.rejoined;
+        report.differences = announced.differences;
         if (_finished.empty()) return report;
         protocol::ClusterClient::Finished finished = std::move(_finished.front());
         _finished.pop_front();
         UMBRIEL_ASSERT(!_reports.empty() && _reports.front().frame == finished.number, "frames are over in order");
-        _reports.front().rejoined = std::move(report.rejoined);
+        _reports.front().rejoined = std::move(announced.rejoined);
+        _reports.front().differences = std::move(announced.differences);
         report = std::move(_reports.front());
         _reports.pop_front();
         if (_policy == FailurePolicy::Wait && finished.mismatch) {
@@ -298,32 +311,35 @@ class ConnectedCluster final : public Cluster {
         return report;
     }
 
+    struct Announced {
+        std::vector<std::string> rejoined;
+        std::vector<std::string> differences;
+    };
+
     // Takes what the last request left: frames that are over, and what happened to servers, which is logged. Names
-    // those that are back.
-    std::vector<std::string> announce() {
+    // those that are back. scene: to name what differs in it; may be null.
+    Announced announce(const Aspect* scene) {
         using Kind = protocol::ServerIncident::Kind;
         std::vector<protocol::ServerIncident> incidents;
         _pump.enter([&] {
             for (auto& finished : _client.takeFinished()) _finished.push_back(std::move(finished));
             incidents = _client.takeIncidents();
         });
-        std::vector<std::string> rejoined;
+        Announced announced;
+        const TimePoint now = SteadyClock().now();
         for (protocol::ServerIncident& incident : incidents) {
-            if (incident.kind == Kind::Rejoined) {
-                log::info(incident.text);
-                rejoined.push_back(_names[incident.server]);
-                continue;
+            if (incident.kind == Kind::Compared && incident.difference) {
+                incident.text = fmt::format("the state of server '{}' differed{}", _names[incident.server],
+                                            textOf(*incident.difference, scene));
+                announced.differences.push_back(incident.text);
             }
-            log::warning(incident.text);
-            _lastIncident = std::move(incident.text);
+            if (incident.kind == Kind::Rejoined) announced.rejoined.push_back(_names[incident.server]);
+            _log.add(incident, now);
+            if (incident.kind != Kind::Rejoined) _lastIncident = std::move(incident.text);
         }
-        return rejoined;
-    }
-
-    bool snapshotWanted() {
-        bool wanted = false;
-        _pump.enter([&] { wanted = _client.wantsSnapshot(); });
-        return wanted;
+        for (const IncidentLog::Line& line : _log.take(now))
+            line.isWarning ? log::warning(line.text) : log::info(line.text);
+        return announced;
     }
 
     // Starts a request and waits until it is over, saying now and then for whom. It starts on this thread, which saves
@@ -350,44 +366,38 @@ class ConnectedCluster final : public Cluster {
 
     // Names the first container and field in which a server's state is not ours.
     Error differing(std::size_t server, const Aspect& scene) {
-        const auto ours = _digest.containers();
-        const std::string where =
-            fmt::format("frame {}: the state of server '{}' differs", _frameNumber, _names[server]);
-        ContainerId after;
-        auto expected = ours.begin();
-        for (;;) {
-            const auto page = digests(server, {ContainerId(), after});
+        protocol::DigestComparison comparison(std::make_shared<const StateDigest>(_digest));
+        while (!comparison.difference()) {
+            const auto page = digests(server, comparison.query());
             if (!page) return page.error();
-            for (const auto& [key, digest] : page->digests) {
-                const ContainerId id{key};
-                if (expected == ours.end() || id < expected->first)
-                    return failure(fmt::format("{}: it has a container #{} that the client has not", where, key));
-                if (expected->first < id) break;
-                if (expected->second != digest) return differingField(server, scene, id, where);
-                ++expected;
-                after = id;
-            }
-            if (expected != ours.end() && !page->digests.empty() &&
-                ContainerId{page->digests.back().first} > expected->first)
-                break;
-            if (!page->more) break;
+            comparison.answered(*page);
         }
-        if (expected != ours.end())
-            return failure(fmt::format("{}: it lacks container {}", where, nameOf(scene, expected->first)));
-        return failure(fmt::format("{}, yet every container is equal: its digest is wrong", where));
+        return failure(fmt::format("frame {}: the state of server '{}' differs{}", _frameNumber, _names[server],
+                                   textOf(*comparison.difference(), &scene)));
     }
 
-    Error differingField(std::size_t server, const Aspect& scene, ContainerId id, const std::string& where) {
-        const auto fields = digests(server, {id, ContainerId()});
-        if (!fields) return fields.error();
-        const Container* container = scene.find(id);
-        for (const auto& [index, digest] : fields->digests) {
-            if (!container || index >= container->type().fields.size()) break;
-            if (_digest.ofField(id, static_cast<std::uint32_t>(index)) != digest)
-                return failure(fmt::format("{} in container {}, field '{}'", where, nameOf(scene, id),
-                                           container->type().fields[index].name));
+    // What follows "the state of ... differs". scene: to name what is in it; may be null.
+    static std::string textOf(const protocol::DigestDifference& difference, const Aspect* scene) {
+        using Kind = protocol::DigestDifference::Kind;
+        const ContainerId id = difference.container;
+        const std::string container = scene ? nameOf(*scene, id) : fmt::format("#{}", id.value);
+        const Container* found = scene ? scene->find(id) : nullptr;
+        switch (difference.kind) {
+            case Kind::Field:
+                if (found && difference.field < found->type().fields.size())
+                    return fmt::format(" in container {}, field '{}'", container,
+                                       found->type().fields[difference.field].name);
+                return fmt::format(" in container {}, field {}", container, difference.field);
+            case Kind::Container:
+                return fmt::format(" in container {}", container);
+            case Kind::Missing:
+                return fmt::format(": it lacks container {}", container);
+            case Kind::Extra:
+                return fmt::format(": it has a container #{} that the client has not", id.value);
+            case Kind::None:
+                break;
         }
-        return failure(fmt::format("{} in container {}", where, nameOf(scene, id)));
+        return ", yet every container is equal: its digest is wrong";
     }
 
     static std::string nameOf(const Aspect& scene, ContainerId id) {
@@ -413,6 +423,7 @@ class ConnectedCluster final : public Cluster {
 
     std::deque<protocol::ClusterClient::Finished> _finished;
     bool _wantCost = false;
+    IncidentLog _log;
     std::string _lastIncident;
     std::uint64_t _frameNumber = 0;
     std::deque<FrameReport> _reports;  // of frames under way
@@ -437,6 +448,7 @@ Result<std::unique_ptr<Cluster>> Cluster::connect(const ClusterOptions& options,
     client.frameTimeout = options.frameTimeout;
     client.policy = options.policy;
     client.latency = options.latency;
+    client.compareWithin = kCompareWithin;
     client.startIncomplete = options.startIncomplete && options.policy != FailurePolicy::Wait;
 
     std::vector<ServerProcess> processes;

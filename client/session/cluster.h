@@ -66,6 +66,8 @@ struct FrameReport {
     std::vector<TilePixels> tiles;      // when asked for; of servers that were late or lost they are missing
     std::vector<std::string> late;      // servers that did not show this frame
     std::vector<std::string> lost;      // servers that are not connected
+    std::vector<std::string>
+        differences;                    // what was found in servers whose state was not the client's: container, field
     std::vector<std::string> rejoined;  // servers that show again what the others show, since the last report
 };
 

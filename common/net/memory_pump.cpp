@@ -16,6 +16,7 @@ namespace {
 // How long dialling a host that does not answer takes, and how often it is tried meanwhile.
 constexpr auto kDialTimeout = std::chrono::seconds(1);
 constexpr auto kDialRepeat = std::chrono::milliseconds(200);
+constexpr std::uint64_t kPacedPiecesPerSecond = 20;
 
 }  // namespace
 
@@ -119,6 +120,10 @@ ConnectionId MemoryNetwork::attach(Endpoint& endpoint, std::uint64_t pipe) {
     return id;
 }
 
+void MemoryNetwork::setPace(Endpoint& endpoint, std::size_t nth, std::uint64_t bytesPerSecond) {
+    _pipes[_hosts[&endpoint].connections.at(nth).second].pace = bytesPerSecond;
+}
+
 void MemoryNetwork::turn(Endpoint& endpoint) {
     Host& host = _hosts[&endpoint];
     if (host.paused) return;
@@ -196,11 +201,17 @@ void MemoryNetwork::connect(Endpoint& endpoint, const Action& action, TimePoint 
 void MemoryNetwork::transmit(std::uint64_t number, int from, std::vector<std::byte> bytes) {
     End& end = _pipes[number].ends[from];
     end.underWay += bytes.size();
+    const auto pace = _pipes[number].pace;
+    if (pace && *pace == 0) return;
     std::size_t offset = 0;
     while (offset < bytes.size()) {
         std::size_t size = bytes.size() - offset;
         if (_options.splitReads && random(2) == 0) size = std::min<std::size_t>(size, 1 + random(64));
         end.busyUntil = std::max(end.busyUntil, _now + latency());
+        if (pace) {
+            size = std::min<std::size_t>(size, std::max<std::uint64_t>(*pace / kPacedPiecesPerSecond, 1));
+            end.busyUntil += std::chrono::nanoseconds(std::chrono::seconds(1)) * size / *pace;
+        }
         const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(offset);
         at(end.busyUntil,
            [this, number, from, piece = std::vector<std::byte>(begin, begin + static_cast<std::ptrdiff_t>(size))] {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -39,6 +40,10 @@ class MemoryNetwork {
     void setSilent(protocol::Endpoint& endpoint, bool silent);
     // While paused its program does nothing (a stopped process): what arrives waits for it, its timers too.
     void setPaused(protocol::Endpoint& endpoint, bool paused);
+    // From now on its nth connection that still lives (0: the oldest, a session's control connection) carries so many
+    // bytes a second at most, in either direction. 0: nothing arrives any more, as from or to a program that does not
+    // read.
+    void setPace(protocol::Endpoint& endpoint, std::size_t nth, std::uint64_t bytesPerSecond);
     // Resets one of its connections, if it has any: what is under way is lost.
     void reset(protocol::Endpoint& endpoint);
     // Resets all of them, but only the other sides are told: the endpoint finds out by their silence.
@@ -93,6 +98,7 @@ class MemoryNetwork {
         std::shared_ptr<std::vector<std::byte>> answer;
         std::shared_ptr<bool> closed;
         bool cut = false;  // nothing passes, neither bytes nor the end
+        std::optional<std::uint64_t> pace;  // bytes a second
     };
     using Key = std::pair<TimePoint, std::uint64_t>;
 

@@ -10,6 +10,8 @@ namespace umbriel::protocol {
 namespace {
 
 constexpr std::size_t kQueueTarget = std::size_t{1} << 20;
+// Tiles of so many frames may be under way.
+constexpr std::uint64_t kFramesKept = 2;
 // Of a blob: short enough that most messages lie as a whole in what the receiver reads at once, so it need not join them.
 constexpr std::size_t kChunksPerMessage = 4;
 
@@ -20,6 +22,12 @@ void BulkSender::addBlob(const Hash128& hash, MultiStorage content) {
 }
 
 void BulkSender::addTile(std::uint64_t frame, TilePixels tile) {
+    // A client that reads slowly has given up older frames: what it would throw away need not wait here.
+    const auto givenUp = [frame](const Item& item) {
+        const Tile* old = std::get_if<Tile>(&item.what);
+        return old && old->frame + kFramesKept <= frame && old->layer == 0 && item.offset == 0;
+    };
+    std::erase_if(_items, givenUp);
     if (!tile.layers.empty()) _items.push_back({Tile{frame, std::move(tile), 0}});
 }
 
@@ -84,11 +92,15 @@ Result<std::optional<wire::Blob>> BlobReceiver::part(const wire::BlobData& data)
         return failure(fmt::format("blob {} has {} bytes, {} were expected", toHex(data.hash), data.total, partial.bytes));
     if (data.offset != partial.received)
         return failure(fmt::format("blob {} continues at byte {}, not at {}", toHex(data.hash), data.offset, partial.received));
+    if (_begun && *_begun != data.hash)
+        return failure(fmt::format("blob {} begins before blob {} has ended", toHex(data.hash), toHex(*_begun)));
+    _begun = data.hash;
     if (const auto added = partial.assembler.add(data.bytes); !added) return added.error();
     partial.received += data.bytes.size();
     if (!partial.assembler.complete()) return std::optional<wire::Blob>();
     auto blob = partial.assembler.finish();
     _partial.erase(found);
+    _begun.reset();
     if (!blob) return blob.error();
     return std::optional<wire::Blob>(std::move(*blob));
 }

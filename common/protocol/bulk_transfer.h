@@ -24,11 +24,13 @@ class BulkSender {
  public:
     // The content shares its chunks with whoever gave it; they are written from where they are.
     void addBlob(const Hash128& hash, MultiStorage content);
+    // Tiles of frames two and more before this one that have not begun are dropped.
     void addTile(std::uint64_t frame, TilePixels tile);
 
     // Fills the link's queue up to about a megabyte.
     void fill(Link& link);
     bool empty() const { return _items.empty(); }
+    std::size_t size() const { return _items.size(); }
 
  private:
     struct Blob {
@@ -68,6 +70,7 @@ class BlobReceiver {
         std::uint64_t received = 0;
     };
     std::map<Hash128, Partial> _partial;
+    std::optional<Hash128> _begun;  // one after the other: each that has begun takes memory ahead of what has come
 };
 
 // Puts the tiles of one frame together.

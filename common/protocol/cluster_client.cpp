@@ -233,8 +233,9 @@ void ClusterClient::redialLater(Server& server, TimePoint now) {
     ++server.failures;
 }
 
-void ClusterClient::report(ServerIncident::Kind kind, std::size_t server, std::string text) {
-    if (_incidents.size() < kMaxIncidents) _incidents.push_back({kind, server, std::move(text)});
+void ClusterClient::report(ServerIncident::Kind kind, std::size_t server, std::string text,
+                           std::optional<DigestDifference> difference) {
+    if (_incidents.size() < kMaxIncidents) _incidents.push_back({kind, server, std::move(text), difference});
 }
 
 void ClusterClient::greeted(ConnectionId connection, Peer& peer, TimePoint) {
@@ -321,6 +322,13 @@ bool ClusterClient::isWhole() const {
 bool ClusterClient::wantsSnapshot() const {
     return std::any_of(_servers.begin(), _servers.end(), [](const Server& server) {
         return server.session.connected() && server.session.needsSnapshot && server.session.sent.empty();
+    });
+}
+
+bool ClusterClient::wantsDigests() const {
+    return std::any_of(_servers.begin(), _servers.end(), [](const Server& server) {
+        const auto& comparing = server.session.comparing;
+        return server.session.connected() && comparing && comparing->frame == 0 && server.session.sent.empty();
     });
 }
 

@@ -11,6 +11,7 @@
 
 #include "common/base/result.h"
 #include "common/protocol/bulk_transfer.h"
+#include "common/protocol/digest_comparison.h"
 #include "common/protocol/endpoint.h"
 #include "common/protocol/frame_history.h"
 #include "common/protocol/frame_pacing.h"
@@ -46,6 +47,9 @@ struct ClusterClientOptions {
     // Changes kept for servers that are behind; beyond that they need a snapshot.
     std::uint64_t historyBytes = std::uint64_t{64} << 20;
     std::size_t historyFrames = 256;
+    // A server whose digest differs is asked what differs, for so long at most, before it gets a snapshot; 0: not.
+    // Not under Wait, where the caller asks. The caller then gives digests when wantsDigests() asks for them.
+    Duration compareWithin{0};
     PixelSize wall;
     std::vector<RemoteServer> servers;
 };
@@ -66,6 +70,7 @@ struct OutgoingFrame {
     std::map<Hash128, MultiStorage> blobs;  // what the changes refer to; servers fetch what they lack
     std::optional<SceneSnapshot> snapshot;  // the scene after this frame, when wantsSnapshot() asked for it
     std::uint64_t digest = 0;               // of the state that every server must have
+    std::shared_ptr<const StateDigest> digests;  // all of it, when wantsDigests() asked for it
 };
 
 struct ServerOutcome {
@@ -85,11 +90,13 @@ struct ServerIncident {
         Lost,       // its session ended
         Refused,    // it cannot be reached again, with the reason; once for every reason
         Differing,  // its state is not the client's; it gets a snapshot
+        Compared,   // what differs, after Differing; no difference: it is not known
         Rejoined    // it shows what the others show
     };
     Kind kind = Kind::Lost;
     std::size_t server = 0;
     std::string text;
+    std::optional<DigestDifference> difference;  // Compared
 };
 
 // The client's side of the protocol: reaches every server, hands out tiles, and runs frames in step: a frame is swapped
@@ -120,6 +127,8 @@ class ClusterClient final : public LinkedEndpoint {
     bool isWhole() const;
     // A server is connected and can only go on from a snapshot: the next frame should bring one.
     bool wantsSnapshot() const;
+    // A server is to be asked what differs: the next frame should bring digests of its state.
+    bool wantsDigests() const;
     // Since the last call; at most a few hundred are kept.
     std::vector<ServerIncident> takeIncidents() { return std::exchange(_incidents, {}); }
     // Of changes kept for servers that are behind.
@@ -187,6 +196,12 @@ class ClusterClient final : public LinkedEndpoint {
         TimePoint at;
         FrameHistory::Frames changes;  // for the blobs it may ask for
     };
+    // A server whose digest differed is being asked what differs.
+    struct Comparing {
+        TimePoint since;
+        std::uint64_t frame = 0;  // of which the client knows all digests; 0: no such frame was sent yet
+        std::optional<DigestComparison> digests;
+    };
     // What one session with a server knows; a new session starts with a new one.
     struct Session {
         ConnectionId control = 0;
@@ -198,7 +213,9 @@ class ClusterClient final : public LinkedEndpoint {
         bool waitedFor = false;        // frames wait for it
         std::uint64_t upTo = 0;        // all changes up to this frame were sent
         std::uint64_t pixelsUpTo = 0;  // the last frame whose pixels were asked for
+        bool owesPixels = false;       // those it was waited for came too late: not again before it has caught up
         int mismatches = 0;            // digests in a row that differ
+        std::optional<Comparing> comparing;  // it is sent nothing else meanwhile
         wire::Bytes views;             // as it has them
         std::optional<double> time;
         std::uint64_t bytesBefore = 0;  // link counters when the last frame was over
@@ -268,7 +285,8 @@ class ClusterClient final : public LinkedEndpoint {
         return _options.policy == FailurePolicy::Wait || (_phase == Phase::Connecting && !_options.startIncomplete);
     }
     std::uint64_t bytesSent(const Server& server) const;
-    void report(ServerIncident::Kind kind, std::size_t server, std::string text);
+    void report(ServerIncident::Kind kind, std::size_t server, std::string text,
+                std::optional<DigestDifference> difference = std::nullopt);
     void fail(std::string message);
     void fail(Error error);
     std::string textOf(std::size_t server) const;
@@ -300,6 +318,8 @@ class ClusterClient final : public LinkedEndpoint {
     std::optional<TimePoint> dueAt() const;
     std::optional<Duration> allowanceOf(const Running& running) const;
     void becameLate(std::size_t server, std::uint64_t frame);
+    Result<void> differs(std::size_t server, const Sent& sent, TimePoint now);
+    void compared(std::size_t server, std::optional<DigestDifference> difference, std::string_view text);
 
     ClusterClientOptions _options;
     std::vector<Server> _servers;

@@ -49,9 +49,16 @@ void ClusterClient::beginFrame(OutgoingFrame frame, TimePoint now) {
     }
     running.frame = std::move(frame);
     const auto canDraw = [&](const Server& server) {
-        const std::size_t room = server.session.waitedFor ? static_cast<std::size_t>(_options.latency) : 0;
-        return server.session.connected() && server.session.sent.size() <= room;
+        const Session& session = server.session;
+        if (session.comparing && (session.comparing->frame != 0 || !running.frame.digests)) return false;
+        const std::size_t room = session.waitedFor ? static_cast<std::size_t>(_options.latency) : 0;
+        return session.connected() && session.sent.size() <= room;
     };
+    for (std::size_t i = 0; i < _servers.size(); ++i) {
+        const auto& comparing = _servers[i].session.comparing;
+        if (comparing && (running.frame.fromNothing || now - comparing->since > _options.compareWithin))
+            compared(i, std::nullopt, "what differs is not known: it does not answer in time");
+    }
     for (std::size_t i = 0; i < _servers.size(); ++i) {
         Part& part = running.parts[i];
         if (canDraw(_servers[i])) sendFrame(i, running, now);
@@ -83,6 +90,7 @@ void ClusterClient::sendFrame(std::size_t index, Running& running, TimePoint now
     }
     const bool fromNothing = frame.fromNothing || session.needsSnapshot;
     if (fromNothing) {
+        if (session.comparing) compared(index, std::nullopt, "what differs is not known: it is too far behind");
         if (!running.snapshot) return;  // wantsSnapshot() says so
         changes = {running.snapshot};
         session.needsSnapshot = false;
@@ -91,6 +99,10 @@ void ClusterClient::sendFrame(std::size_t index, Running& running, TimePoint now
         for (const auto& part : changes[i]->parts) session.outbox.emplace_back(MessageType::Changes, part);
         if (i + 1 < changes.size() && !changes[i]->last.empty())
             session.outbox.emplace_back(MessageType::Changes, shared(wire::encode(wire::Changes{changes[i]->last})));
+    }
+    if (session.comparing) {
+        session.comparing->frame = frame.number;
+        session.comparing->digests.emplace(frame.digests);
     }
     Part& part = running.parts[index];
     const bool withViews = session.views != frame.views;
@@ -176,6 +188,18 @@ Result<void> ClusterClient::answer(std::size_t index, MessageType type, std::spa
         case MessageType::DigestReply: {
             auto reply = wire::decode<wire::DigestReply>(payload);
             if (!reply) return reply.error();
+            auto& comparing = server.session.comparing;
+            if (comparing && comparing->digests && server.session.sent.empty()) {
+                comparing->digests->answered(*reply);
+                if (const auto difference = comparing->digests->difference())
+                    compared(index, difference, "what differs is known");
+                else if (Link* control = link(server.session.control))
+                    control->send(comparing->digests->query());
+                return {};
+            }
+            // An answer that came too late.
+            if (_phase == Phase::Idle && _options.policy != FailurePolicy::Wait && server.session.mismatches > 0)
+                return {};
             if (_phase != Phase::Digests || index != _digestServer)
                 return failure("it sends digests that nobody asked for");
             _digests = std::move(*reply);
@@ -218,24 +242,49 @@ Result<void> ClusterClient::ready(std::size_t index, const wire::Ready& message,
     if (_options.policy == FailurePolicy::Wait) return {};
     if (!right) {
         // What it draws is not the scene: it shows nothing of it, and starts again from a snapshot.
-        if (++session.mismatches >= kMaxMismatches)
-            return failure(fmt::format("its state differs from the client's in frame {}, although it had a snapshot",
-                                       sent.number));
-        session.needsSnapshot = true;
-        session.waitedFor = false;
-        server.whole = false;
-        report(ServerIncident::Kind::Differing, index,
-               fmt::format("the state of {} differs in frame {}: it gets a snapshot", textOf(index), sent.number));
-        return {};
+        return differs(index, sent, now);
     }
+    if (session.comparing && session.comparing->frame == sent.number)
+        compared(index, DigestDifference{}, "the frames after it made it equal again");
     if (!session.needsSnapshot) session.mismatches = 0;
-    if (now - sent.at <= *_pacing.allowance() && !session.needsSnapshot) session.waitedFor = true;
+    if (now - sent.at <= *_pacing.allowance() && !session.needsSnapshot && !session.owesPixels)
+        session.waitedFor = true;
     // The others show this frame and wait for no newer one: the tile is late but right.
     if (sent.number == _lastSwapped && !session.needsSnapshot) {
         swap(index, sent.number);
         if (running != _running.end()) running->parts[index].outcome.shown = true;
     }
     return {};
+}
+
+Result<void> ClusterClient::differs(std::size_t index, const Sent& sent, TimePoint now) {
+    Server& server = _servers[index];
+    Session& session = server.session;
+    if (session.comparing) {
+        // Of the frame with latency 1 that followed; or all is there for the questions.
+        if (session.comparing->frame != sent.number) return {};
+        if (Link* control = link(session.control)) control->send(session.comparing->digests->query());
+        return {};
+    }
+    if (++session.mismatches >= kMaxMismatches)
+        return failure(
+            fmt::format("its state differs from the client's in frame {}, although it had a snapshot", sent.number));
+    session.waitedFor = false;
+    server.whole = false;
+    if (_options.compareWithin.count() > 0)
+        session.comparing = Comparing{now, 0, {}};
+    else
+        session.needsSnapshot = true;
+    report(ServerIncident::Kind::Differing, index,
+           fmt::format("the state of {} differs in frame {}: it gets a snapshot", textOf(index), sent.number));
+    return {};
+}
+
+void ClusterClient::compared(std::size_t index, std::optional<DigestDifference> difference, std::string_view text) {
+    Session& session = _servers[index].session;
+    session.comparing.reset();
+    session.needsSnapshot = true;
+    report(ServerIncident::Kind::Compared, index, fmt::format("the state of {}: {}", textOf(index), text), difference);
 }
 
 Result<void> ClusterClient::tileData(std::size_t index, const wire::TileData& data) {
@@ -245,13 +294,19 @@ Result<void> ClusterClient::tileData(std::size_t index, const wire::TileData& da
         const auto done = part.tiles.part(data);
         if (!done) return done.error();
         if (*done) {
+            _servers[index].session.owesPixels = false;
             part.tilesDone = true;
             part.outcome.tiles = part.tiles.take();
         }
         return {};
     }
     // Of a frame that went on without them.
-    if (_options.policy != FailurePolicy::Wait && data.frame <= _servers[index].session.pixelsUpTo) return {};
+    Session& session = _servers[index].session;
+    if (_options.policy != FailurePolicy::Wait && data.frame <= session.pixelsUpTo) {
+        const bool ends = data.layerIndex + 1 == data.layerCount && data.offset + data.bytes.size() == data.total;
+        if (data.frame == session.pixelsUpTo && ends) session.owesPixels = false;
+        return {};
+    }
     return failure("it sends pixels that nobody asked for");
 }
 
@@ -279,7 +334,7 @@ bool ClusterClient::isDue(Running& running, std::size_t done, std::size_t of, Ti
         // Nobody to wait for. The pause keeps the caller from running in circles; a server that needs a snapshot needs
         // the next frame.
         running.due = std::min(running.due.value_or(TimePoint::max()), running.start + kNobodyPause);
-        return now >= *running.due || wantsSnapshot();
+        return now >= *running.due || wantsSnapshot() || wantsDigests();
     }
     if (!running.due && done > 0 && 2 * done >= of) running.due = now + *allowanceOf(running);
     return running.due && now >= *running.due;
@@ -343,7 +398,7 @@ void ClusterClient::swap(std::size_t index, std::uint64_t frame) {
     Link* control = link(server.session.control);
     if (!control || !control->send(wire::Swap{frame})) return;  // it is lost, or about to be: it reads nothing
     server.failures = 0;
-    if (std::exchange(server.whole, true)) return;
+    if (server.session.owesPixels || std::exchange(server.whole, true)) return;
     server.lost = false;
     server.lastFailure.clear();
     report(ServerIncident::Kind::Rejoined, index, fmt::format("{} is back in step at frame {}", textOf(index), frame));
@@ -363,6 +418,7 @@ bool ClusterClient::tilesOver(Running& running, TimePoint now) {
         Part& part = running.parts[i];
         if (part.tilesDone) continue;
         part.tilesDone = true;
+        _servers[i].session.owesPixels = true;
         becameLate(i, running.frame.number);
     }
     return true;

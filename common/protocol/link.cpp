@@ -120,7 +120,7 @@ void Link::advance(TimePoint now) {
                               toSeconds(_options.handshakeTimeout)));
         return;
     }
-    if (isBulk()) return;
+    if (isBulk()) return lookWhetherItReads(now);
     if (now >= _lastReceived + _options.heartbeatLoss)
         return close(fmt::format("{} has been silent for {:.1f} s", peerText(), toSeconds(_options.heartbeatLoss)));
     if (now >= _lastHeartbeat + _options.heartbeatInterval) {
@@ -131,10 +131,21 @@ void Link::advance(TimePoint now) {
     }
 }
 
+void Link::lookWhetherItReads(TimePoint now) {
+    if (now < _lastHeartbeat + _options.heartbeatInterval) return;
+    _lastHeartbeat = now;
+    const bool reads = _output.empty() || _output.written() != _writtenThen;
+    _writtenThen = _output.written();
+    _stalled = reads ? 0 : _stalled + 1;
+    if (_stalled >= _options.stalledIntervals)
+        close(fmt::format("{} has read nothing of its bulk connection for {:.1f} s", peerText(),
+                          _stalled * toSeconds(_options.heartbeatInterval)));
+}
+
 TimePoint Link::deadline() const {
     if (_closed) return TimePoint::max();
     if (!isOpen()) return _openedAt + _options.handshakeTimeout;
-    if (isBulk()) return TimePoint::max();
+    if (isBulk()) return _lastHeartbeat + _options.heartbeatInterval;
     return std::min(_lastReceived + _options.heartbeatLoss, _lastHeartbeat + _options.heartbeatInterval);
 }
 

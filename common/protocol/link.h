@@ -19,6 +19,9 @@ struct LinkOptions {
     Duration handshakeTimeout = std::chrono::seconds(5);
     Duration heartbeatInterval = std::chrono::seconds(1);
     Duration heartbeatLoss = std::chrono::seconds(2);  // this long without a byte: the peer is lost
+    // Bulk: so many heartbeat intervals with bytes waiting, none of them taken: the peer does not read. Counted, not
+    // measured: a program that was stopped itself has not waited for its peer.
+    int stalledIntervals = 5;
     std::size_t queueLimit = std::size_t{64} << 20;
 };
 
@@ -108,6 +111,7 @@ class Link {
     bool join(std::size_t bytes);
     void finish(std::string reason);
     LinkEvent violation(std::string_view what);
+    void lookWhetherItReads(TimePoint now);
     LinkEvent handle(wire::MessageType type, std::span<const std::byte> payload);
 
     LinkOptions _options;
@@ -129,7 +133,9 @@ class Link {
     std::string _reason;
     TimePoint _openedAt;
     TimePoint _lastReceived;
-    TimePoint _lastHeartbeat;
+    TimePoint _lastHeartbeat;  // bulk: when it was last looked at whether the peer reads
+    std::uint64_t _writtenThen = 0;
+    int _stalled = 0;  // intervals
 };
 
 }  // namespace umbriel::protocol

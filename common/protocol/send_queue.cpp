@@ -82,6 +82,7 @@ std::vector<std::span<const std::byte>> SendQueue::gather() const {
 void SendQueue::consumed(std::size_t count) {
     UMBRIEL_ASSERT(count <= _size, "more was written than was queued");
     _size -= count;
+    _written += count;
     while (count > 0) {
         Segment& first = _segments.front();
         const std::size_t left = first.bytes().size() - _consumedOfFirst;

@@ -29,6 +29,8 @@ class SendQueue {
 
     bool empty() const { return _size == 0; }
     std::size_t size() const { return _size; }
+    // Bytes that were taken out of it so far.
+    std::uint64_t written() const { return _written; }
     // The next bytes to write, in order, at most as many pieces as there is room for. Returns how many. They stay valid
     // until the queue changes.
     std::size_t gather(std::span<std::span<const std::byte>> pieces) const;
@@ -56,6 +58,7 @@ class SendQueue {
     std::size_t _consumedOfFirst = 0;
     std::size_t _size = 0;
     std::size_t _limit;
+    std::uint64_t _written = 0;
     std::deque<std::uint64_t>* _list = nullptr;
     std::uint64_t _number = 0;
     bool _listed = false;

@@ -19,12 +19,13 @@ std::uint64_t hashOf(ContainerId id, std::uint64_t field, std::uint64_t block, s
     return hash64(value, hash64(std::as_bytes(std::span(place))));
 }
 
-// block: counts through all chunks. Of the value, its hash counts, which is kept with the chunk.
-std::uint64_t hashOfBlock(ContainerId id, std::uint32_t field, const MultiStorage& storage, std::size_t block) {
-    const std::size_t perChunk = storage.blocksPerChunk();
-    const Hash128 value = storage.blockHash(block / perChunk, block % perChunk);
-    const std::array<std::uint64_t, 5> all = {id.value, field, block, value.low, value.high};
-    return hash64(std::as_bytes(std::span(all)));
+// Of a block of a multi field the hash counts, which is kept with its chunk, mixed with its place as XXH3 mixes: by a
+// folded product of 128 bits. place: hash of the container and the field; block: counts through all chunks.
+std::uint64_t mixed(std::uint64_t place, std::uint64_t block, const Hash128& value) {
+    __extension__ using Product = unsigned __int128;
+    constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15;  // 2^64 / golden ratio
+    const Product product = static_cast<Product>(value.low ^ place) * (value.high ^ (place + (block + 1) * kOdd));
+    return static_cast<std::uint64_t>(product) ^ static_cast<std::uint64_t>(product >> 64);
 }
 
 std::size_t blockCount(const MultiStorage& storage) {
@@ -58,17 +59,22 @@ void rehash(std::vector<std::uint64_t>& blocks, ContainerId id, std::uint32_t fi
             const IndexRanges& touched) {
     blocks.resize(blockCount(storage));
     if (blocks.empty()) return;
+    const std::uint64_t place = hashOf(id, field, 0, {});
+    const std::size_t perChunk = storage.blocksPerChunk();
+    const auto rehash = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t chunk = begin / perChunk, inChunk = begin % perChunk; begin < end; ++chunk, inChunk = 0)
+            for (; inChunk < perChunk && begin < end; ++inChunk, ++begin)
+                blocks[begin] = mixed(place, begin, storage.blockHash(chunk, inChunk));
+    };
     std::size_t done = 0;  // blocks below are up to date
     for (const IndexRange& range : touched.ranges()) {
         if (range.first >= storage.size()) break;
         const std::size_t last = std::min(range.first + range.count, storage.size());
-        const std::size_t begin = blockOf(storage, range.first, false);
         const std::size_t end = blockOf(storage, last - 1, true) + 1;
-        for (std::size_t block = std::max(begin, done); block < end; ++block)
-            blocks[block] = hashOfBlock(id, field, storage, block);
+        rehash(std::max(blockOf(storage, range.first, false), done), end);
         done = std::max(done, end);
     }
-    if (done < blocks.size()) blocks.back() = hashOfBlock(id, field, storage, blocks.size() - 1);
+    if (done < blocks.size()) rehash(blocks.size() - 1, blocks.size());
 }
 
 }  // namespace
@@ -107,10 +113,15 @@ std::uint64_t StateDigest::ofField(ContainerId id, std::uint32_t field) const {
     return found == _entries.end() || field >= found->second.fields.size() ? 0 : found->second.fields[field];
 }
 
-std::vector<std::pair<ContainerId, std::uint64_t>> StateDigest::containers() const {
+std::vector<std::pair<ContainerId, std::uint64_t>> StateDigest::containers(ContainerId after, std::size_t count) const {
     std::vector<std::pair<ContainerId, std::uint64_t>> containers;
     containers.reserve(_entries.size());
-    for (const auto& [id, entry] : _entries) containers.emplace_back(id, entry.sum);
+    for (const auto& [id, entry] : _entries)
+        if (after < id) containers.emplace_back(id, entry.sum);
+    if (count < containers.size()) {
+        std::nth_element(containers.begin(), containers.begin() + static_cast<std::ptrdiff_t>(count), containers.end());
+        containers.resize(count);
+    }
     std::sort(containers.begin(), containers.end());
     return containers;
 }

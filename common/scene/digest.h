@@ -9,10 +9,10 @@
 namespace umbriel {
 
 // A digest of an aspect's state that does not depend on how the state came about: the sum, modulo 2^64, of
-// XXH3(container, field, block, XXH3(value)) over 1 KiB blocks of the chunks of multi fields, and XXH3(container, field,
-// value) of single ones, so it is equal after a snapshot and after any sequence of change lists that lead to the same
-// graph, and costs what changed. Client and servers compare it every
-// frame. Containers of types that are not shipped do not count.
+// XXH3(container, field, value) over single fields, and over the 1 KiB blocks of multi fields' chunks of their XXH3
+// mixed with container, field and block, so it is equal after a snapshot and after any sequence of change lists that
+// lead to the same graph, and costs what changed. Client and servers compare it every frame. Containers of types that
+// are not shipped do not count.
 class StateDigest {
  public:
     // Follows a change list that was just committed by, or applied to, the aspect. Where an applied list won over the
@@ -23,8 +23,9 @@ class StateDigest {
     // To name the first difference when totals disagree. 0 for what does not exist.
     std::uint64_t ofContainer(ContainerId id) const;
     std::uint64_t ofField(ContainerId id, std::uint32_t field) const;
-    // Every container with its digest, ascending by id.
-    std::vector<std::pair<ContainerId, std::uint64_t>> containers() const;
+    // Containers with their digests, ascending by id: so many of those with a greater id than after.
+    std::vector<std::pair<ContainerId, std::uint64_t>> containers(ContainerId after = {},
+                                                                  std::size_t count = ~std::size_t{0}) const;
 
  private:
     struct Entry {

@@ -104,6 +104,8 @@ int main(int argc, char** argv) {
     std::optional<int> gpu;
     int bakeThreads = 0;
     std::string bakePriority = "idle";
+    std::string blobCache;
+    std::uint64_t blobCacheBytes = RenderServerOptions().blobCacheBytes;
     int reportDescriptor = -1;
 
     CLI::App app("Umbriel render server: draws its tiles of a wall for one client at a time.");
@@ -116,6 +118,12 @@ int main(int argc, char** argv) {
     auto* headlessFlag = app.add_flag("--headless", headless, "draw without a display (the default)");
     app.add_flag("--window", window, "draw into a window")->excludes(headlessFlag);
     app.add_option("--gpu", gpu, "index of the EGL device to draw with (umbriel doctor lists them)");
+    auto* cache = app.add_option("--blob-cache", blobCache,
+                                 "folder to keep large contents in, so that they need not be sent again");
+    app.add_option("--blob-cache-bytes", blobCacheBytes, "how large that folder may become")
+        ->capture_default_str()
+        ->needs(cache)
+        ->check(CLI::Range(std::uint64_t{1} << 20, std::uint64_t{1} << 50));
     app.add_flag("--insecure-lan", insecureLan, "allow connections beyond this machine, unprotected");
     app.add_option("--bake-threads", bakeThreads, "threads that bake beside drawing (default: one per processor)");
     app.add_option("--bake-priority", bakePriority,
@@ -150,6 +158,8 @@ int main(int argc, char** argv) {
     options.name = name;
     options.build = UMBRIEL_VERSION;
     options.insecureLan = insecureLan;
+    options.blobCache = blobCache;
+    options.blobCacheBytes = blobCacheBytes;
     // With a descriptor it ends when its client lets go of that: a session that was lost may be followed by another.
     options.once = embedded && reportDescriptor < 0;
     if (!connectText.empty()) {

@@ -82,14 +82,11 @@ void DrawThread::perform(std::uint64_t session, draw_task::Digests& task) {
             for (std::uint32_t i = 0; i < container->type().fields.size(); ++i)
                 reply.digests.emplace_back(i, _digest.ofField(task.query.container, i));
     } else {
-        for (const auto& [id, digest] : _digest.containers()) {
-            if (id <= task.query.after) continue;
-            if (reply.digests.size() == wire::DigestReply::kMaxEntries) {
-                reply.more = true;
-                break;
-            }
+        constexpr std::size_t kMost = wire::DigestReply::kMaxEntries;
+        for (const auto& [id, digest] : _digest.containers(task.query.after, kMost + 1))
             reply.digests.emplace_back(id.value, digest);
-        }
+        reply.more = reply.digests.size() > kMost;
+        if (reply.more) reply.digests.pop_back();
     }
     _answer(session, draw_result::Digests{std::move(reply)});
 }

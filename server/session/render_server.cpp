@@ -17,6 +17,7 @@
 #include "common/wire/change_codec.h"
 #include "server/bake/job_queue.h"
 #include "server/session/blob_cache.h"
+#include "server/session/blob_librarian.h"
 #include "server/session/draw_thread.h"
 
 namespace umbriel {
@@ -66,7 +67,8 @@ struct RenderServer::Implementation {
         std::vector<wire::BlobRef> needed;  // offer.blobs has the first of them
     };
     std::deque<WaitingJob> waitingJobs;  // for blobs
-    std::unique_ptr<JobQueue> jobs;  // posts to the pump until it is gone
+    std::unique_ptr<JobQueue> jobs;      // posts to the pump until it is gone
+    std::unique_ptr<BlobLibrarian> librarian;  // likewise; null without a folder
     bool leaving = false;
     std::promise<void> left;     // when the last connection is closed
 
@@ -114,6 +116,7 @@ struct RenderServer::Implementation {
     void handle(event::FrameRequested& frame) { frames.push_back(std::move(frame)); }
     void handle(event::SwapRequested& swap) { push(draw_task::Swap{swap.frame}); }
     void handle(event::BlobArrived& arrived) {
+        if (librarian) librarian->store(arrived.blob);
         blobs.put(std::move(arrived.blob));
         startJobs();
         if (frames.empty()) blobs.trim();
@@ -192,8 +195,19 @@ struct RenderServer::Implementation {
             }
         }
         if (missing.empty()) return true;
-        if (!std::exchange(blobsAsked, true)) node.wantBlobs(missing);
+        if (std::exchange(blobsAsked, true)) return false;
+        if (librarian)
+            librarian->load(session, std::move(missing));
+        else
+            node.wantBlobs(missing);
         return false;
+    }
+
+    // What the folder has of the blobs of a frame; the client is asked for the others.
+    void found(BlobLibrarian::Loaded& loaded) {
+        if (loaded.request != session || !inSession) return;
+        for (wire::Blob& blob : loaded.blobs) blobs.put(std::move(blob));
+        if (!loaded.others.empty()) node.wantBlobs(loaded.others);
     }
 
     void decodeNext() {
@@ -255,6 +269,13 @@ struct RenderServer::Implementation {
     }
 
     Result<void> run() {
+        if (!options.blobCache.empty()) {
+            auto folder = BlobFolder::open(options.blobCache, options.blobCacheBytes);
+            if (!folder) return folder.error();
+            librarian = std::make_unique<BlobLibrarian>(std::move(*folder), [this](BlobLibrarian::Loaded loaded) {
+                pump.post([this, loaded = std::move(loaded)]() mutable { found(loaded); });
+            });
+        }
         if (options.dialHost.empty()) {
             const auto port = pump.listen(options.listenHost, options.listenPort);
             if (!port) return port.error();

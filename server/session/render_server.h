@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -25,7 +26,9 @@ struct RenderServerOptions {
     std::string glRenderer;                // stated at the handshake
     std::string glVersion;
     std::string cpu;
-    std::uint64_t blobBudgetBytes = std::uint64_t{2} << 30;
+    std::uint64_t blobBudgetBytes = std::uint64_t{2} << 30;  // kept in memory
+    std::filesystem::path blobCache;                         // a folder to keep blobs in, too; empty: none
+    std::uint64_t blobCacheBytes = std::uint64_t{8} << 30;   // of it
     std::map<std::string, JobHandler> jobs;  // what it can do beside drawing, by kind
     int jobThreads = 1;
     JobPriority jobPriority = JobPriority::Idle;

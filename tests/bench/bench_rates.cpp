@@ -1,9 +1,13 @@
 // How fast changes are encoded, sent and applied, against copying and sending the same bytes.
-// Arguments: --json, --only transforms|geometry|join.
+// Arguments: --json, --only transforms|geometry|join|others.
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <memory>
+#include <thread>
 
 #include "client/session/cluster.h"
 #include "client/session/server_process.h"
@@ -26,8 +30,8 @@ const std::filesystem::path kPrograms = UMBRIEL_BIN_DIR;
 // Bytes to a process that only takes them.
 class Floor {
  public:
-    Floor()
-        : _process(bench::need(ServerProcess::start(kPrograms / "bench_server", {"--answer", "receive"}, {}))),
+    explicit Floor(const std::string& answer)
+        : _process(bench::need(ServerProcess::start(kPrograms / "bench_server", {"--answer", answer}, {}))),
           _socket(bench::PlainSocket::dial(bench::need(_process.waitForPort(std::chrono::seconds(60))))) {}
     double secondsToSend(std::span<const std::byte> bytes) {
         return bench::secondsOf([&] {
@@ -159,48 +163,146 @@ void geometry(const bench::Report& report, const TypeRegistry& types, Floor& flo
     report.figure("100 MB of geometry: encode and apply blobs / memcpy", seconds.ratio({2, 3}, 4), "x");
 }
 
-// A server's first frame: snapshot, blobs over the bulk connection, digest, ready.
+WallViews viewsOfTwo() {
+    WallViews views;
+    views.wall = {32, 16};
+    views.views.emplace_back();
+    views.views.back().region = {0, 0, 32, 16};
+    return views;
+}
+
+ServerProcess startServer(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"--answer", "draw"});
+    return bench::need(ServerProcess::start(kPrograms / "bench_server", std::move(arguments), {}));
+}
+
+// A server's first frame: snapshot, blobs over the bulk connection, digest, ready. cache: where it keeps blobs; empty:
+// nowhere.
+struct Joined {
+    double connecting = 0.0;
+    double frame = 0.0;
+    std::uint64_t bytes = 0;
+};
+Joined joinOnce(Aspect& scene, const TypeRegistry& types, const std::string& cache, double stay = 0.0) {
+    ClusterOptions options;
+    options.serverProgram = kPrograms / "bench_server";
+    options.serverArguments = {"--answer", "draw"};
+    if (!cache.empty()) options.serverArguments.insert(options.serverArguments.end(), {"--blob-cache", cache});
+    std::unique_ptr<Cluster> cluster;
+    Joined joined;
+    joined.connecting = bench::secondsOf([&] {
+        cluster = bench::need(Cluster::connect(options, types, {{0, {0, 0, 32, 16}, Eye::Mono}}));
+    });
+    joined.frame = bench::secondsOf(
+        [&] { joined.bytes = bench::need(cluster->frame(scene, viewsOfTwo(), 0.0, false)).servers[0].bytes; });
+    std::this_thread::sleep_for(std::chrono::duration<double>(stay));
+    return joined;
+}
+
 void join(const bench::Report& report, const TypeRegistry& types, Floor& floor) {
     IdSource ids;
     Aspect scene(types, ids);
-    fill(scene, 1.0f);
+    const double filling = bench::secondsOf([&] { fill(scene, 1.0f); });
     const wire::Bytes same(kGeometries * kVertices * 12, std::byte{1});
-    WallViews views;
-    views.wall = {16, 16};
-    views.views.emplace_back();
-    views.views.back().region = {0, 0, 16, 16};
+    Floor keeping("keep");
+    const auto folder = std::filesystem::temp_directory_path() / fmt::format("umbriel-bench-{}", ::getpid());
     std::vector<double> connecting;
     std::vector<double> preparing;
+    double cachedBytes = 0.0;
+    (void)joinOnce(scene, types, folder.string(), 3.0);  // fills the folder
     const auto seconds = bench::interleaved(
         kRounds,
         [&] {
-            ClusterOptions options;
-            options.serverProgram = kPrograms / "bench_server";
-            options.serverArguments = {"--answer", "draw"};
-            std::unique_ptr<Cluster> cluster;
-            connecting.push_back(bench::secondsOf([&] {
-                cluster = bench::need(Cluster::connect(options, types, {{0, {0, 0, 16, 16}, Eye::Mono}}));
-            }));
-            // A client that has drawn with other servers has done this before; here it is part of the first frame.
             preparing.push_back(bench::secondsOf([&] {
                 StateDigest digest;
                 const ChangeList snapshot = scene.snapshot();
                 digest.update(snapshot, scene);
                 (void)wire::encodeChanges(snapshot, scene);
             }));
-            return bench::secondsOf([&] { bench::need(cluster->frame(scene, views, 0.0, false)); });
+            const Joined joined = joinOnce(scene, types, "");
+            connecting.push_back(joined.connecting);
+            return joined.frame;
         },
-        [&] { return floor.secondsToSend(same); });
+        [&] { return floor.secondsToSend(same); },
+        [&] {
+            const Joined joined = joinOnce(scene, types, folder.string());
+            cachedBytes = static_cast<double>(joined.bytes);
+            return joined.frame;
+        },
+        [&] { return keeping.secondsToSend(same); });
+    std::error_code ignored;
+    std::filesystem::remove_all(folder, ignored);
+    report.figure("join to a 100 MB scene: making it, block hashes included", filling * 1e3, "ms");
     report.figure("join to a 100 MB scene: starting and connecting to a process", bench::median(connecting) * 1e3,
                   "ms");
-    report.figure("join to a 100 MB scene: of it, digest and hashes here", bench::median(preparing) * 1e3, "ms");
+    report.figure("join to a 100 MB scene: of it, digest and names here", bench::median(preparing) * 1e3, "ms");
     report.figure("join to a 100 MB scene: first frame", seconds[0] * 1e3, "ms");
     report.figure("join to a 100 MB scene: raw transfer", seconds[1] * 1e3, "ms");
     report.figure("join to a 100 MB scene: first frame / raw transfer", seconds.ratio({0}, 1), "x", 1.25);
-    report.figure("join to a 100 MB scene: (first frame - preparation) / raw transfer",
-                  (seconds[0] - bench::median(preparing)) / seconds[1], "x");
-    report.skipped("join to a 100 MB scene: frame time of the others meanwhile",
-                   "no server joins a running cluster here");
+    report.figure("join to a 100 MB scene: raw transfer into fresh memory", seconds[3] * 1e3, "ms");
+    report.figure("join to a 100 MB scene: first frame / raw transfer into fresh memory", seconds.ratio({0}, 3), "x");
+    report.figure("join to a 100 MB scene: from its blob cache, bytes sent", cachedBytes, "bytes");
+    report.figure("join to a 100 MB scene: from its blob cache, first frame", seconds[2] * 1e3, "ms");
+    report.figure("join to a 100 MB scene: from its blob cache / raw transfer", seconds.ratio({2}, 1), "x");
+}
+
+// A second server joins while the first one draws: the frame times of the wall before that and meanwhile, in one run.
+void others(const bench::Report& report, const TypeRegistry& types, int drawMilliseconds) {
+    IdSource ids;
+    Aspect scene(types, ids);
+    fill(scene, 1.0f);
+    const auto wheel = scene.create<Transform>();
+    auto first = startServer({"--name", "first", "--draw-ms", std::to_string(drawMilliseconds)});
+    const std::uint16_t free = bench::PlainSocket::freePort();
+    ClusterOptions options;
+    options.servers = {{"first", "127.0.0.1", bench::need(first.waitForPort(std::chrono::seconds(60)))},
+                       {"second", "127.0.0.1", free}};
+    options.policy = FailurePolicy::Degrade;
+    options.startIncomplete = true;
+    options.connectTimeout = std::chrono::milliseconds(500);
+    auto cluster = bench::need(
+        Cluster::connect(options, types, {{0, {0, 0, 16, 16}, Eye::Mono}, {1, {16, 0, 16, 16}, Eye::Mono}}));
+    double turn = 0.0;
+    FrameReport last;
+    const auto frame = [&] {
+        scene.edit(wheel).set<&Transform::translation>({++turn, 0.0, 0.0});
+        return bench::secondsOf([&] { last = bench::need(cluster->frame(scene, viewsOfTwo(), 0.0, false)); });
+    };
+    frame();
+    std::vector<double> before;
+    std::vector<double> during;
+    std::vector<double> joins;
+    int missed = 0;
+    for (int round = 0; round < 2 * kRounds; ++round) {
+        for (int i = 0; i < 200; ++i) before.push_back(frame());
+        auto second = startServer(
+            {"--name", "second", "--draw-ms", std::to_string(drawMilliseconds), "--port", std::to_string(free)});
+        double start = 0.0;
+        for (const double end = bench::secondsNow() + 20.0; bench::secondsNow() < end && last.rejoined.empty();) {
+            const double began = bench::secondsNow();
+            const double seconds = frame();
+            if (start == 0.0 && last.servers[1].bytes > 1000) start = began;
+            if (start != 0.0) during.push_back(seconds);
+            missed += !last.servers[0].shown;
+        }
+        joins.push_back(bench::secondsNow() - start);
+        last = {};
+    }
+    const auto percentile = [](std::vector<double> values, double part) {
+        std::sort(values.begin(), values.end());
+        return values.empty() ? 0.0 : values[static_cast<std::size_t>(part * static_cast<double>(values.size() - 1))];
+    };
+    const std::string name = fmt::format("others, {} ms of drawing, while one joins 100 MB", drawMilliseconds);
+    report.figure(name + ": frames meanwhile", static_cast<double>(during.size()), "");
+    report.figure(name + ": frames that the first one did not show", missed, "");
+    report.figure(name + ": until it is back", bench::median(joins) * 1e3, "ms");
+    for (const double part : {0.5, 0.99}) {
+        const std::string which = part == 0.5 ? "median" : "p99";
+        report.figure(fmt::format("{}: {} frame before", name, which), percentile(before, part) * 1e3, "ms");
+        report.figure(fmt::format("{}: {} frame meanwhile", name, which), percentile(during, part) * 1e3, "ms");
+        report.figure(fmt::format("{}: {} ratio", name, which), percentile(during, part) / percentile(before, part),
+                      "x", part == 0.5 ? 1.2 : 0.0);
+    }
 }
 
 }  // namespace
@@ -211,10 +313,12 @@ int main(int argc, char** argv) {
     const bench::Report report(bench::hasFlag(argc, argv, "--json"));
     TypeRegistry types;
     registerCoreTypes(types);
-    Floor floor;
+    Floor floor("receive");
     const std::string only = bench::option(argc, argv, "--only", "");
     if (only.empty() || only == "transforms") transforms(report, types, floor);
     if (only.empty() || only == "geometry") geometry(report, types, floor);
     if (only.empty() || only == "join") join(report, types, floor);
+    for (const int milliseconds : {0, 5, 16})
+        if (only.empty() || only == "others") others(report, types, milliseconds);
     return 0;
 }

@@ -1,12 +1,18 @@
 // A render server's process without drawing, for the benchmarks. --answer says what it is:
 //   plain    a loop over a blocking socket: reads a frame, writes a ready, reads a swap
 //   receive  takes bytes without looking at them: 8 bytes of length, the bytes; answers each with one byte
+//   keep     as receive, and keeps them in fresh memory until it has answered
 //   network  the protocol, answered on the network thread
-//   draw     the whole server with a renderer that draws nothing (--draw-ms N: that takes so long)
+//   draw     the whole server with a renderer that draws nothing (--draw-ms N: that takes so long; --port N,
+//   --blob-cache
+//            DIR: as umbriel-server has them)
 
 #include <fmt/format.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <thread>
@@ -48,16 +54,24 @@ void servePlain(bench::PlainSocket socket) {
     }
 }
 
-void serveReceive(bench::PlainSocket socket) {
+// keeping: in memory that nobody has touched before, as a server that joins must.
+void serveReceive(bench::PlainSocket socket, bool keeping) {
+    constexpr std::size_t kHugePage = std::size_t{2} << 20;
     std::uint64_t size = 0;
     wire::Bytes buffer(256 * 1024);
     while (socket.read(std::as_writable_bytes(std::span(&size, 1)))) {
+        const std::size_t kept = keeping ? (size + kHugePage - 1) / kHugePage * kHugePage : 0;
+        void* memory = keeping ? std::aligned_alloc(kHugePage, kept) : nullptr;
+        if (memory) ::madvise(memory, kept, MADV_HUGEPAGE);
+        auto* to = static_cast<std::byte*>(memory);
         while (size > 0) {
             const std::size_t count = std::min<std::uint64_t>(size, buffer.size());
             if (!socket.read(std::span(buffer).first(count))) return;
             size -= count;
+            if (to) to = std::copy_n(buffer.data(), count, to);
         }
         socket.write(std::span(buffer).first(1));
+        std::free(memory);
     }
 }
 
@@ -106,16 +120,22 @@ class NetworkServer {
     StateDigest _digest;
 };
 
-int serveDraw(const std::string& name, const TypeRegistry& types, int descriptor, int milliseconds) {
+struct DrawOptions {
+    int milliseconds = 0;    // drawing takes so long
+    std::uint16_t port = 0;  // 0: one that is free
+    std::string blobCache;
+};
+
+int serveDraw(const std::string& name, const TypeRegistry& types, int descriptor, const DrawOptions& draw) {
     test::FakeRenderer renderer;
-    if (milliseconds > 0)
-        renderer.whileDrawing = [milliseconds] {
-            std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
-        };
+    if (draw.milliseconds > 0)
+        renderer.whileDrawing = [&draw] { std::this_thread::sleep_for(std::chrono::milliseconds(draw.milliseconds)); };
     RenderServerOptions options;
     options.name = name;
     options.build = "bench";
     options.once = true;
+    options.listenPort = draw.port;
+    options.blobCache = draw.blobCache;
     options.listening = [descriptor](std::uint16_t port) { reportPort(descriptor, port); };
     RenderServer server(std::move(options), types, renderer);
     const auto done = server.run();
@@ -137,10 +157,15 @@ int main(int argc, char** argv) {
     if (answer == "plain")
         servePlain(bench::PlainSocket::accept(report));
     else if (answer == "receive")
-        serveReceive(bench::PlainSocket::accept(report));
+        serveReceive(bench::PlainSocket::accept(report), false);
+    else if (answer == "keep")
+        serveReceive(bench::PlainSocket::accept(report), true);
     else if (answer == "network")
         NetworkServer(name, types).run(descriptor);
     else
-        return serveDraw(name, types, descriptor, std::stoi(bench::option(argc, argv, "--draw-ms", "0")));
+        return serveDraw(name, types, descriptor,
+                         {std::stoi(bench::option(argc, argv, "--draw-ms", "0")),
+                          static_cast<std::uint16_t>(std::stoi(bench::option(argc, argv, "--port", "0"))),
+                          bench::option(argc, argv, "--blob-cache", "")});
     return 0;
 }

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <future>
+#include <set>
 #include <thread>
 
 #include "common/scene/core_types.h"
@@ -229,6 +230,49 @@ TEST_F(ClusterOnLoopback, AStateThatDiffersIsNamedByContainerAndField) {
     ASSERT_FALSE(frame);
     for (const std::string part : {"frame 2", "'server0'", "Geometry", "'bumper'", "'positions'"})
         EXPECT_TRUE(has(frame.error().message, part)) << frame.error().message;
+}
+
+TEST_F(ClusterOnLoopback, UnderDegradeAndStrictADifferenceIsNamedWhileTheWallGoesOn) {
+    for (const FailurePolicy policy : {FailurePolicy::Degrade, FailurePolicy::Strict}) {
+        Servers servers(types, 2);
+        ClusterOptions options;
+        options.servers = servers.addresses;
+        options.policy = policy;
+        auto cluster = Cluster::connect(options, types, row(2, 10));
+        ASSERT_TRUE(cluster);
+        IdSource own;
+        Aspect scene(types, own);
+        for (int i = 0; i < 9000; ++i) scene.create<Transform>();  // more than a page of digests
+        const auto geometry = scene.create<Geometry>("bumper");
+        scene.edit(geometry).assign<&Geometry::positions>(std::vector<glm::vec3>(20, glm::vec3(1.0f)));
+        const auto frame = [&] {
+            auto done = (*cluster)->frame(scene, viewsOf(20, 10), 0.0, false);
+            EXPECT_TRUE(done) << done.error().message;
+            return done ? *done : FrameReport();
+        };
+        frame();
+        // A write that no edit recorded, as in the test above.
+        auto& container = const_cast<Geometry&>(scene.get(geometry));
+        for (const FieldDescriptor& field : container.type().fields) {
+            if (field.name != "positions") continue;
+            const glm::vec3 wrong(2.0f);
+            static_cast<MultiStorage*>(field.address(container))->write(7, std::as_bytes(std::span(&wrong, 1)));
+        }
+        scene.edit(geometry).setElement<&Geometry::positions>(8, glm::vec3(3.0f));
+        std::vector<std::string> differences;
+        std::set<std::string> back;
+        const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+        while ((differences.size() < 2 || back.size() < 2) && std::chrono::steady_clock::now() < end) {
+            const FrameReport report = frame();
+            differences.insert(differences.end(), report.differences.begin(), report.differences.end());
+            back.insert(report.rejoined.begin(), report.rejoined.end());
+        }
+        ASSERT_EQ(differences.size(), 2u);
+        for (const std::string& text : differences)
+            for (const std::string part : {"'server", "Geometry #9001", "'bumper'", "'positions'"})
+                EXPECT_TRUE(has(text, part)) << text;
+        EXPECT_EQ(back.size(), 2u) << "a snapshot made them whole";
+    }
 }
 
 TEST_F(ClusterOnLoopback, AServerThatIsNotThereIsNamedInTime) {

@@ -238,6 +238,7 @@ class Simulation final : public ModelServer::Observer {
                     hit(incident.text.find("no answer") != std::string::npos ? Probe::NoAnswer : Probe::Refused);
                     break;
                 case Kind::Differing:
+                case Kind::Compared:
                     fail(incident.text);
                     break;
             }

@@ -186,6 +186,131 @@ TEST_F(Policies, AWallMayStartWithoutAServerThatJoinsLater) {
     expectInStep();
 }
 
+// A wall whose network has a window, so that a sender learns that nobody reads.
+struct BulkConnections : Policies {
+    static constexpr std::size_t kWindow = 64 * 1024;
+    static constexpr std::size_t kSceneBytes = 8'000'000;
+    BulkConnections() { network = net::MemoryNetwork({.window = kWindow}); }
+    // A large content is new in the scene.
+    void load() {
+        const auto geometry = client->scene.create<Geometry>();
+        std::vector<glm::vec3> positions(kSceneBytes / 12);
+        for (std::size_t i = 0; i < positions.size(); ++i) positions[i] = glm::vec3(static_cast<float>(i));
+        client->scene.edit(geometry).assign<&Geometry::positions>(positions);
+    }
+    std::size_t mostQueued = 0;
+    void drawFor(Duration time, Duration longest) {
+        for (const TimePoint end = network.now() + time; network.now() < end;) {
+            EXPECT_LT(draw(), longest);
+            mostQueued = std::max(mostQueued, network.queued(client->client));
+        }
+    }
+};
+
+TEST_F(BulkConnections, AServerThatReadsNoBulkIsLateThenLostAndNeverCostsMemory) {
+    VirtualServer& left = serve("left");
+    VirtualServer& right = serve("right");
+    reach(FailurePolicy::Degrade);
+    network.setPace(right.node, 1, 0);
+    load();
+    const TimePoint start = network.now();
+    EXPECT_LE(draw(), 1s) << "the other one fetches the content, this one is late once";
+    drawFor(4s, 10ms);
+    EXPECT_EQ(left.swapped.back(), client->frame) << "the others are undisturbed";
+    EXPECT_EQ(incidents(), std::vector{ServerIncident::Kind::Late});
+    EXPECT_LE(mostQueued, std::size_t{2} << 20) << "contents are not copied into queues";
+    for (;;) {
+        draw();
+        const auto seen = client->client.takeIncidents();
+        if (!seen.empty()) {
+            EXPECT_EQ(seen[0].kind, ServerIncident::Kind::Lost);
+            EXPECT_NE(seen[0].text.find("server 'right' has read nothing of its bulk connection for 5.0 s"),
+                      std::string::npos)
+                << seen[0].text;
+            break;
+        }
+        ASSERT_LT(network.now() - start, 8s);
+    }
+    drawFor(3s, 1s);
+    EXPECT_TRUE(client->client.isWhole()) << "with new connections it gets a snapshot";
+    expectInStep();
+}
+
+TEST_F(BulkConnections, AServerThatReadsSlowlyForEverIsNotWaitedForAndKeepsItsSession) {
+    VirtualServer& left = serve("left");
+    VirtualServer& right = serve("right");
+    reach(FailurePolicy::Degrade);
+    network.setPace(right.node, 1, 20'000);
+    load();
+    EXPECT_LE(draw(), 1s);
+    drawFor(10s, 10ms);
+    EXPECT_EQ(left.swapped.back(), client->frame);
+    EXPECT_EQ(incidents(), std::vector{ServerIncident::Kind::Late}) << "said once";
+    EXPECT_EQ(right.clients.size(), 1u);
+    EXPECT_LE(mostQueued, std::size_t{2} << 20);
+    EXPECT_LE(client->client.historyBytes(), std::uint64_t{64} << 20);
+    network.setPace(right.node, 1, 100'000'000);
+    drawFor(6s, 1s);  // what was under way takes its time
+    EXPECT_TRUE(client->client.isWhole());
+}
+
+TEST_F(BulkConnections, PixelsThatTrickleInForEverHoldTheWallUpOnce) {
+    serve("left");
+    VirtualServer& right = serve("right");
+    reach(FailurePolicy::Degrade);
+    network.setPace(right.node, 1, 4'000);  // a tile takes 0.4 s
+    int longFrames = 0;
+    for (int i = 0; i < 300; ++i) {
+        client->scene.edit(wheel).set<&Transform::translation>(glm::dvec3(i));
+        const TimePoint start = network.now();
+        client->begin(true);
+        ASSERT_TRUE(client->settle());
+        longFrames += network.now() - start > 20ms;
+        EXPECT_EQ(client->client.takeOutcome()[0].tiles.size(), 1u) << "the others' pixels are there";
+        network.run(10ms);
+    }
+    EXPECT_EQ(longFrames, 1);
+    EXPECT_EQ(incidents(), std::vector{ServerIncident::Kind::Late});
+    network.setPace(right.node, 1, 100'000'000);
+    std::size_t tiles = 0;
+    for (int i = 0; i < 6000 && tiles == 0; ++i) {  // what was under way takes its time
+        client->begin(true);
+        ASSERT_TRUE(client->settle());
+        tiles = client->client.takeOutcome()[1].tiles.size();
+        network.run(10ms);
+    }
+    EXPECT_EQ(tiles, 1u) << "it is waited for again";
+    EXPECT_TRUE(client->client.isWhole());
+}
+
+TEST(BlobReceiver, TakesOneBlobAfterTheOther) {
+    const wire::Bytes content(100'000, std::byte{7});
+    MultiStorage data(1);
+    data.resize(content.size());
+    data.write(0, content);
+    const wire::BlobRef one{wire::hashOfBlob(data), 1, content.size()};
+    const wire::BlobRef other{{1, 2}, 1, content.size()};
+    protocol::BlobReceiver receiver;
+    EXPECT_TRUE(receiver.expect(one));
+    EXPECT_TRUE(receiver.expect(other));
+    const auto part = [&](const wire::BlobRef& of, std::size_t offset, std::size_t count) {
+        return receiver.part({of.hash, of.bytes, offset, std::span(content).subspan(offset, count)});
+    };
+    EXPECT_TRUE(part(one, 0, 60'000));
+    EXPECT_FALSE(part(other, 0, 1)) << "each that has begun takes memory ahead of what came";
+    const auto whole = part(one, 60'000, 40'000);
+    ASSERT_TRUE(whole && *whole);
+    EXPECT_EQ((*whole)->ref, one);
+    EXPECT_TRUE(part(other, 0, 1));
+}
+
+TEST(BulkSender, TilesOfFramesThatWereGivenUpDoNotPileUp) {
+    protocol::BulkSender sender;
+    for (std::uint64_t frame = 1; frame <= 1000; ++frame)
+        sender.addTile(frame, {{0, {0, 0, 4, 4}, Eye::Mono}, {{Layer::Colour, "colour", 4, false, wire::Bytes(256)}}});
+    EXPECT_LE(sender.size(), 3u);
+}
+
 TEST_F(Policies, WithLatencyOneARequestIsOverWhenTheFrameBeforeIs) {
     serve("left");
     VirtualServer& right = serve("right");

@@ -5,6 +5,7 @@
 
 #include "common/scene/aspect.h"
 #include "common/scene/core_types.h"
+#include "common/scene/digest.h"
 #include "common/scene/nodes.h"
 
 namespace umbriel {
@@ -32,8 +33,15 @@ TEST(Threads, editDrawAndLoadWithoutLocks) {
     std::barrier frameEnd(3);
     ChangeList loaded;
     std::vector<float> drawn;
+    // Each keeps digests of its own: of what is shared, whoever comes first keeps the hashes.
+    StateDigest applicationDigest;
+    StateDigest drawingDigest;
+    StateDigest loadingDigest;
+    applicationDigest.update(application.snapshot(), application);
+    const ChangeList first = drawing.snapshot();
 
     std::thread drawer([&] {
+        drawingDigest.update(first, drawing);
         for (int frame = 0; frame < kFrames; ++frame) {
             frameStart.arrive_and_wait();
             const auto& positions = drawing.get(geometry).positions;
@@ -41,12 +49,13 @@ TEST(Threads, editDrawAndLoadWithoutLocks) {
             for (std::size_t i = 0; i < positions.size(); i += 97) sum += positions[i].x;
             // A drawing aspect may keep notes of its own in what it shares: a copy on write on this thread.
             drawing.edit(geometry).setElement<&Geometry::positions>(1, glm::vec3(float(frame)));
-            drawing.commit();
+            drawingDigest.update(drawing.commit(), drawing);
             drawn.push_back(sum);
             frameEnd.arrive_and_wait();
         }
     });
     std::thread loader([&] {
+        loadingDigest.update(loading.snapshot(), loading);
         for (int frame = 0; frame < kFrames; ++frame) {
             frameStart.arrive_and_wait();
             if (frame < kLoadedAt) {
@@ -70,12 +79,15 @@ TEST(Threads, editDrawAndLoadWithoutLocks) {
         if (frame == kLoadedAt - 1) application.merge(loaded, loading);
         const ChangeList changes = application.commit();
         drawing.apply(changes, application);
+        applicationDigest.update(changes, application);
+        drawingDigest.update(changes, drawing);
     }
     drawer.join();
     loader.join();
     for (int frame = 0; frame < kFrames; ++frame)
         ASSERT_EQ(drawn[static_cast<std::size_t>(frame)], float(frame) * (kVertices / 97 + 1)) << "frame " << frame;
     EXPECT_TRUE(drawing.equals(application));
+    EXPECT_EQ(drawingDigest.total(), applicationDigest.total());
     EXPECT_EQ(drawing.containerCount(), 1u + kLoadedAt);
     EXPECT_EQ(drawing.get(geometry).texCoords0.size(), std::size_t{kLoadedAt});
 }
