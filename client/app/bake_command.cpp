@@ -77,6 +77,7 @@ Result<BakeSettings> settingsOf(const BakeArguments& a) {
         settings.farShare = *a.far / 100.0;
     }
     if (a.distance) settings.contents |= static_cast<std::uint32_t>(MapContent::Distance);
+    if (a.hitDistance) settings.contents |= static_cast<std::uint32_t>(MapContent::HitDistance);
     if (a.index) {
         settings.contents |= static_cast<std::uint32_t>(MapContent::Index);
         const auto size = parseSize("--environment", a.environment);

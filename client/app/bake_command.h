@@ -22,6 +22,7 @@ struct BakeArguments {
     std::string shard;            // "i/n", i from 0
     bool resume = false;
     bool distance = false;                // signed distance maps as well
+    bool hitDistance = false;             // distances of the nearest hits as well
     bool index = false;                   // index maps as well
     std::string environment = "256x128";  // texels that index maps name
     std::string atlas;                    // .exr

@@ -96,6 +96,56 @@ TEST(Bake, PartsInProcessesOfTheirOwnMergeToTheWholeFile) {
     EXPECT_EQ(readFile(folder / "merged.umvis"), readFile(folder / "whole.umvis"));
 }
 
+TEST(Bake, ComesBackFromAPictureAsTheSameFile) {
+    TemporaryFolder folder;
+    const std::string mesh = folder / "box.obj", maps = folder / "box.umvis", picture = folder / "box.exr";
+    writeFile(mesh, boxObj());
+    ASSERT_EQ(run("umbriel", {"bake", mesh, "--size", "8", "--distance", "--hit-distance", "--index", "--out", maps}).exitCode,
+              0);
+    const Outcome exported = run("umbriel", {"bake", "export", maps, "--out", picture, "--json"});
+    ASSERT_EQ(exported.exitCode, 0) << exported.err;
+    EXPECT_EQ(json::parse(exported.out)["vertices"], 8);
+    EXPECT_EQ(json::parse(exported.out)["layers"], json({"distance", "hit", "index"}));
+    const std::string back = folder / "back.umvis";
+    const Outcome imported = run("umbriel", {"bake", "import", picture, "--mesh", mesh, "--out", back, "--json"});
+    ASSERT_EQ(imported.exitCode, 0) << imported.err;
+    EXPECT_EQ(readFile(back), readFile(maps));
+
+    // Two vertices of choice, and what is refused.
+    const Outcome two =
+        run("umbriel", {"bake", "export", maps, "--vertices", "0,6", "--show-distance", "--out", folder / "two.exr", "--json"});
+    ASSERT_EQ(two.exitCode, 0) << two.err;
+    EXPECT_EQ(json::parse(two.out)["vertices"], 2);
+    EXPECT_EQ(run("umbriel", {"bake", "export", maps, "--vertices", "8", "--out", picture}).exitCode, 2);
+    EXPECT_EQ(run("umbriel", {"bake", "export", maps, "--rows", "8", "--out", picture}).exitCode, 2);
+    EXPECT_EQ(run("umbriel", {"bake", "export", mesh, "--out", picture}).exitCode, 2);
+    EXPECT_EQ(run("umbriel", {"bake", "export", maps, "--out", folder / "box.png"}).exitCode, 2);
+
+    const std::string sound = readFile(picture);
+    writeFile(folder / "other.obj", boxObj("0 0 -1"));
+    const auto refused = [&](const std::string& file, const std::string& of) {
+        const Outcome outcome = run("umbriel", {"bake", "import", file, "--mesh", of, "--out", folder / "no.umvis"});
+        EXPECT_FALSE(outcome.err.empty()) << file;
+        return outcome.exitCode == 2;
+    };
+    EXPECT_TRUE(refused(picture, folder / "other.obj"));
+    EXPECT_TRUE(refused(folder / "two.exr", mesh));
+    EXPECT_TRUE(refused(mesh, mesh));
+    EXPECT_TRUE(refused(folder / "none.exr", mesh));
+    writeFile(folder / "cut.exr", sound.substr(0, sound.size() - 200));
+    EXPECT_TRUE(refused(folder / "cut.exr", mesh));
+    // A changed byte anywhere is refused, or is one that no sample depends on.
+    for (std::size_t at = 10; at < sound.size(); at += sound.size() / 24) {
+        std::string changed = sound;
+        changed[at] = static_cast<char>(changed[at] ^ 0x5a);
+        writeFile(folder / "changed.exr", changed);
+        const Outcome outcome =
+            run("umbriel", {"bake", "import", folder / "changed.exr", "--mesh", mesh, "--out", folder / "changed.umvis"});
+        EXPECT_TRUE(outcome.exitCode == 2 || outcome.exitCode == 0) << at << ": " << outcome.exitCode << outcome.err;
+    }
+    for (const std::string& name : folder.names()) EXPECT_NE(name, "no.umvis");
+}
+
 TEST(Bake, WhatThisVersionCannotDoIsRefusedAtOnce) {
     TemporaryFolder folder;
     const std::string out = folder / "maps.umvis";
