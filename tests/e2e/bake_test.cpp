@@ -41,7 +41,42 @@ TEST(Check, ABoxIsClosedAndSound) {
     EXPECT_EQ(whole["vertices"], 8);
     EXPECT_EQ(whole["triangles"], 12);
     EXPECT_EQ(whole["closed"], true);
-    for (const json& finding : whole["findings"]) EXPECT_EQ(finding["count"], 0) << finding;
+    for (const json& finding : whole["findings"]) {
+        EXPECT_EQ(finding["count"], finding["condition"] == "polygons" ? 6 : 0) << finding;
+    }
+}
+
+// What an importer for drawing would hide: it drops unused vertices and splits used ones.
+TEST(Check, AnObjFileIsSeenAsItIsWritten) {
+    TemporaryFolder folder;
+    // A square of a quad and two triangles with a seam of vertices that are there twice, an unused vertex, normals and
+    // texture coordinates that differ at shared corners, two objects.
+    writeFile(folder / "seam.obj",
+              "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 9 9 9\nv 1 0 0\nv 1 1 0\nv 2 0 0\nv 2 1 0\n"
+              "vn 0 0 1\nvn 0 1 0\nvt 0 0\nvt 1 1\n"
+              "o left\nf 1/1/1 2/2/1 3/1/2 4/1/1\no right\nf 6/1/1 8/1/1 9/2/2\nf 6/2/2 9/1/1 7/1/1\n");
+    const Outcome outcome = run("umbriel", {"check", folder / "seam.obj", "--json", "--weld", "0", "--orient", "--out",
+                                            folder / "welded.obj"});
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+    const json report = json::parse(outcome.out);
+    const auto finding = [&](const json& of, const std::string& condition) {
+        for (const json& one : of["findings"])
+            if (one["condition"] == condition) return one;
+        return json();
+    };
+    const json whole = report["whole"];
+    EXPECT_EQ(whole["vertices"], 9);
+    EXPECT_EQ(whole["triangles"], 4);
+    EXPECT_EQ(finding(whole, "duplicate-vertices")["count"], 2);
+    EXPECT_EQ(finding(whole, "unused-vertices")["count"], 1);
+    EXPECT_NE(finding(whole, "unused-vertices")["examples"][0].get<std::string>().find("4"), std::string::npos);
+    EXPECT_EQ(finding(whole, "polygons")["count"], 1);
+    EXPECT_FALSE(report.contains("geometries"));
+    EXPECT_EQ(report["repaired"]["vertices"], 6);
+    EXPECT_EQ(finding(report["repaired"], "duplicate-vertices")["count"], 0);
+    const Outcome again = run("umbriel", {"check", folder / "welded.obj", "--json"});
+    EXPECT_EQ(json::parse(again.out)["whole"]["vertices"], 6);
+    EXPECT_EQ(finding(json::parse(again.out)["whole"], "polygons")["count"], 0);
 }
 
 TEST(Check, BadFilesAreRefused) {
