@@ -95,7 +95,7 @@ void addBakeOptions(CLI::App& command, BakeArguments& arguments) {
         ->capture_default_str();
     command.add_option("--size", arguments.size, "of an image, S: hemisphere has 2S x S/2 directions; fibonacci: how many directions")
         ->capture_default_str();
-    command.add_option("--maker", arguments.maker, "rays, grid")->capture_default_str();
+    command.add_option("--maker", arguments.maker, "rays, grid; gl: drawn by render servers (--servers, --local; default one here)")->capture_default_str();
     command.add_option("--far", arguments.far, "how far rays go, percent of the mesh's diagonal (default: no limit)");
     command.add_option("--fovy", arguments.fovy, "opening angle of singleplane in degrees");
     command.add_option("--guard", arguments.guard, "exact, fast, fast-fan: how rays are kept from hitting their own surface")

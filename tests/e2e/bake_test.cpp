@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/image/exr_io.h"
 #include "tests/e2e/run_program.h"
 
 namespace umbriel::e2e {
@@ -181,11 +182,47 @@ TEST(Bake, ComesBackFromAPictureAsTheSameFile) {
     for (const std::string& name : folder.names()) EXPECT_NE(name, "no.umvis");
 }
 
+// A server draws what rays find.
+TEST(Bake, MapsAreDrawnByAServer) {
+    TemporaryFolder folder;
+    // Two walls of unlike height on a floor, at odd angles.
+    writeFile(folder / "fold.obj",
+              "v 0 0 0\nv 1.13 0 0\nv 1.13 2.17 0\nv 0 2.17 0\nv -0.31 0.07 0.77\nv -0.29 2.11 0.83\n"
+              "v 1.51 0.03 1.19\nv 1.47 2.23 1.23\nf 1 2 3\nf 1 3 4\nf 4 6 5\nf 4 5 1\nf 2 7 8\nf 2 8 3\n");
+    for (const std::string mapping : {"hemicube", "hemisphere", "octahedral"}) {
+        std::vector<LayeredImage> pictures;
+        for (const std::string maker : {"rays", "gl"}) {
+            const std::string maps = folder / (maker + ".umvis"), picture = folder / (maker + ".exr");
+            const Outcome baked = run("umbriel", {"bake", folder / "fold.obj", "--mapping", mapping, "--maker", maker, "--size",
+                                                  "16", "--distance", "--json", "--quiet", "--out", maps});
+            ASSERT_EQ(baked.exitCode, 0) << baked.err;
+            EXPECT_EQ(json::parse(baked.out)["servers"], maker == "gl" ? 1 : 0);
+            ASSERT_EQ(run("umbriel", {"bake", "export", maps, "--out", picture}).exitCode, 0);
+            auto read = readExr(picture);
+            ASSERT_TRUE(read);
+            pictures.push_back(std::move(*read));
+        }
+        EXPECT_EQ(pictures[1].texts["umvisMaker"], "2");
+        EXPECT_TRUE(pictures[1].texts["umvisClass"].starts_with("gl ")) << pictures[1].texts["umvisClass"];
+        int blocked = 0, differing = 0, all = 0;
+        for (int y = 0; y < pictures[0].height(); ++y) {
+            for (int x = 0; x < pictures[0].width(); ++x) {
+                if (pictures[0].rgba.pixel(x, y)[3] == 0.0f) continue;
+                ++all;
+                blocked += pictures[0].rgba.pixel(x, y)[0] == 0.0f;
+                differing += pictures[0].rgba.pixel(x, y)[0] != pictures[1].rgba.pixel(x, y)[0];
+            }
+        }
+        EXPECT_GT(blocked, all / 10) << mapping;
+        EXPECT_LT(differing, all / 50) << mapping;  // silhouettes; tests/golden/gl_maker_test.cpp looks at each
+    }
+}
+
 TEST(Bake, WhatThisVersionCannotDoIsRefusedAtOnce) {
     TemporaryFolder folder;
     const std::string out = folder / "maps.umvis";
     const std::vector<std::vector<std::string>> wrong{
-        {"--maker", "gl"},       {"--servers", "nonsense"},
+        {"--maker", "gl", "--shard", "0/2"},       {"--servers", "nonsense"},
         {"--local", "0"},        {"--mapping", "sphere"},
         {"--size", "7"},         {"--mapping", "singleplane"},
         {"--fovy", "90"},        {"--far", "0"},
