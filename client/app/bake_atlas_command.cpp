@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -12,6 +13,7 @@
 #include "common/image/atomic_file.h"
 #include "common/image/exr_io.h"
 #include "common/image/isolated_reader.h"
+#include "common/image/png_io.h"
 
 namespace umbriel {
 namespace {
@@ -42,9 +44,38 @@ Result<std::vector<std::uint64_t>> rowsOf(const BakeExportArguments& a, const vi
     return rows;
 }
 
+constexpr std::uint32_t kMostScale = 64;
+
+// Grey, and a dark blue where no map is.
+Result<void> drawPng(const BakeExportArguments& a, const LayeredImage& picture) {
+    const std::uint64_t width = std::uint64_t{a.scale} * static_cast<std::uint64_t>(picture.width());
+    const std::uint64_t height = std::uint64_t{a.scale} * static_cast<std::uint64_t>(picture.height());
+    if (width > 32768 || height > 32768) {
+        return badInput(
+            fmt::format("a PNG of {} x {} pixels is too large; name fewer --rows or --vertices", width, height));
+    }
+    std::vector<std::uint8_t> bytes;
+    bytes.reserve(3 * width * height);
+    for (std::uint64_t y = 0; y < height; ++y) {
+        for (std::uint64_t x = 0; x < width; ++x) {
+            const float* rgba = picture.rgba.pixel(static_cast<int>(x / a.scale), static_cast<int>(y / a.scale));
+            const auto grey = static_cast<std::uint8_t>(std::clamp(rgba[0], 0.0f, 1.0f) * 255.0f + 0.5f);
+            if (rgba[3] > 0.0f)
+                bytes.insert(bytes.end(), {grey, grey, grey});
+            else
+                bytes.insert(bytes.end(), {40, 40, 80});
+        }
+    }
+    return writePngBytes(a.out, static_cast<int>(width), static_cast<int>(height), 3, bytes);
+}
+
 Result<void> exportMaps(const BakeExportArguments& a, std::ostream& out) {
-    if (!a.out.ends_with(".exr")) {
-        return badInput(fmt::format("--out '{}': expected a name ending in .exr", a.out));
+    const bool png = a.out.ends_with(".png");
+    if (!png && !a.out.ends_with(".exr")) {
+        return badInput(fmt::format("--out '{}': expected a name ending in .exr or .png", a.out));
+    }
+    if (a.scale < 1 || a.scale > kMostScale || (a.scale > 1 && !png)) {
+        return badInput(fmt::format("--scale {}: expected 1 to {}, for .png only", a.scale, kMostScale));
     }
     const auto mapped = MappedFile::open(a.maps);
     if (!mapped) return mapped.error();
@@ -54,7 +85,7 @@ Result<void> exportMaps(const BakeExportArguments& a, std::ostream& out) {
     if (!rows) return rows.error();
     const auto picture = exportAtlas(*file, {std::move(*rows), a.columns, a.showDistance});
     if (!picture) return picture.error();
-    if (const auto written = writeExr(a.out, *picture); !written) return written.error();
+    if (const auto written = png ? drawPng(a, *picture) : writeExr(a.out, *picture); !written) return written.error();
     const std::uint64_t maps =
         a.rows.empty() && a.vertices.empty() ? file->header().rowCount : a.rows.size() + a.vertices.size();
     if (a.json) {

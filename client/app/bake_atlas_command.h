@@ -10,15 +10,17 @@ namespace umbriel {
 
 struct BakeExportArguments {
     std::filesystem::path maps;  // .umvis
-    std::string out;             // .exr
+    std::string out;             // .exr; .png: what it shows in 8 bits, for eyes only
     std::vector<std::uint64_t> rows;
     std::vector<std::uint32_t> vertices;  // as loaded; their rows, after `rows`
     std::uint32_t columns = 0;            // tiles beside each other; 0: about a square
     bool showDistance = false;            // as grey, in place of the masks
+    std::uint32_t scale = 1;              // .png: edge of the square that shows one direction
     bool json = false;                    // {vertices, directions, width, height, layers}
 };
 
-// `umbriel bake export FILE`: maps as an OpenEXR picture (client/bake/atlas.h). Exit codes as for runBake().
+// `umbriel bake export FILE`: maps as an OpenEXR picture (client/bake/atlas.h), or drawn as PNG. Exit codes as for
+// runBake().
 int runBakeExport(const BakeExportArguments& arguments, std::ostream& out, std::ostream& err);
 
 struct BakeImportArguments {

@@ -260,12 +260,13 @@ int main(int argc, char** argv) {
     BakeExportArguments bakeExport;
     CLI::App* bakeExportCommand = bakeCommand->add_subcommand("export", "maps as an OpenEXR picture");
     bakeExportCommand->add_option("FILE", bakeExport.maps, "the maps, .umvis")->required();
-    bakeExportCommand->add_option("--out", bakeExport.out, "the picture, .exr")->required();
+    bakeExportCommand->add_option("--out", bakeExport.out, "the picture, .exr; .png: for eyes only")->required();
     bakeExportCommand->add_option("--rows", bakeExport.rows, "only these rows of the file, as in 12,40")->delimiter(',');
     bakeExportCommand->add_option("--vertices", bakeExport.vertices, "only the maps of these vertices of the mesh as loaded, from 0")
         ->delimiter(',');
     bakeExportCommand->add_option("--columns", bakeExport.columns, "maps beside each other; 0: about a square");
     bakeExportCommand->add_flag("--show-distance", bakeExport.showDistance, "the distance maps as grey in place of the masks");
+    bakeExportCommand->add_option("--scale", bakeExport.scale, "of a .png: pixels for each direction")->capture_default_str();
     bakeExportCommand->add_flag("--json", bakeExport.json, "print JSON");
     bakeExportCommand->footer("Example: umbriel bake export dress.umvis --out dress.exr");
     BakeImportArguments bakeImport;

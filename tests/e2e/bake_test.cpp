@@ -155,7 +155,9 @@ TEST(Bake, ComesBackFromAPictureAsTheSameFile) {
     EXPECT_EQ(run("umbriel", {"bake", "export", maps, "--vertices", "8", "--out", picture}).exitCode, 2);
     EXPECT_EQ(run("umbriel", {"bake", "export", maps, "--rows", "8", "--out", picture}).exitCode, 2);
     EXPECT_EQ(run("umbriel", {"bake", "export", mesh, "--out", picture}).exitCode, 2);
-    EXPECT_EQ(run("umbriel", {"bake", "export", maps, "--out", folder / "box.png"}).exitCode, 2);
+    EXPECT_EQ(run("umbriel", {"bake", "export", maps, "--out", folder / "box.jpg"}).exitCode, 2);
+    EXPECT_EQ(run("umbriel", {"bake", "export", maps, "--out", folder / "box.png", "--scale", "4"}).exitCode, 0);
+    EXPECT_EQ(run("umbriel", {"bake", "export", maps, "--out", picture, "--scale", "4"}).exitCode, 2);
 
     const std::string sound = readFile(picture);
     writeFile(folder / "other.obj", boxObj("0 0 -1"));
