@@ -59,9 +59,9 @@ Result<BakeSettings> settingsOf(const BakeArguments& a) {
     else if (a.maker == "grid")
         settings.maker = MapMaker::Grid;
     else if (a.maker == "gl")
-        return badInput("--maker gl: this version bakes with rays or grid only");
+        settings.maker = MapMaker::Gl;
     else
-        return badInput(fmt::format("--maker '{}': expected rays or grid", a.maker));
+        return badInput(fmt::format("--maker '{}': expected rays, grid or gl", a.maker));
     if (a.guard == "exact")
         settings.guard = trace::Guard::Exact;
     else if (a.guard == "fast")
@@ -77,6 +77,7 @@ Result<BakeSettings> settingsOf(const BakeArguments& a) {
         settings.farShare = *a.far / 100.0;
     }
     if (a.distance) settings.contents |= static_cast<std::uint32_t>(MapContent::Distance);
+    if (a.hitDistance) settings.contents |= static_cast<std::uint32_t>(MapContent::HitDistance);
     if (a.index) {
         settings.contents |= static_cast<std::uint32_t>(MapContent::Index);
         const auto size = parseSize("--environment", a.environment);
@@ -98,14 +99,17 @@ Result<ShardPart> parsePart(const std::string& text) {
     return badInput(fmt::format("--shard '{}': expected i/n with i from 0 to n-1, as in 0/8", text));
 }
 
+// The rasteriser is the servers'.
 bool onServers(const BakeArguments& a) {
-    return !a.servers.empty() || a.local;
+    return !a.servers.empty() || a.local || a.maker == "gl";
 }
 
 Result<LocalBakeOptions> optionsOf(const BakeArguments& a) {
     if (!a.servers.empty() && a.local) return badInput("--servers and --local: give one of the two");
     if (a.local && (*a.local < 1 || *a.local > kMostLocalServers))
         return badInput(fmt::format("--local {}: expected 1 to {} servers", *a.local, kMostLocalServers));
+    if (a.maker == "gl" && !a.shard.empty())
+        return badInput("--maker gl: the maps are drawn by render servers, --shard i/n is baked by this process");
     if (onServers(a) && !a.shard.empty())
         return badInput("--shard i/n is baked by threads of one process: without --servers and --local");
     if (!a.servers.empty() && a.threads != 0)
@@ -177,10 +181,10 @@ Result<Outcome> bakeHere(const visibility::BakeMesh& mesh, const BakeSettings& s
 Result<Outcome> bakeThere(const BakeArguments& a, visibility::Mesh loaded, const visibility::BakeMesh& mesh,
                           const BakeSettings& settings, const LocalBakeOptions& options, std::ostream& err) {
     ClusterOptions cluster;
-    if (a.local) {
-        cluster.local = *a.local;
+    if (a.servers.empty()) {
+        cluster.local = a.local.value_or(1);
         const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-        const int threads = a.threads > 0 ? a.threads : std::max(1, cores / *a.local);
+        const int threads = a.threads > 0 ? a.threads : std::max(1, cores / cluster.local);
         // They are there for this alone.
         cluster.serverArguments = {"--bake-threads", fmt::format("{}", threads), "--bake-priority", "normal"};
     } else {

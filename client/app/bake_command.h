@@ -13,7 +13,7 @@ struct BakeArguments {
     std::string scene;  // .gltf, .glb, .obj or demo:NAME
     std::string mapping = "hemisphere";
     std::uint32_t size = 32;      // Mapping::size
-    std::string maker = "rays";   // or grid
+    std::string maker = "rays";   // grid, gl (on servers; without any, on one of this machine)
     std::optional<double> far;    // percent of the diagonal; none: no limit
     std::optional<double> fovy;   // degrees, singleplane only
     std::string guard = "exact";  // fast, fast-fan
@@ -22,6 +22,7 @@ struct BakeArguments {
     std::string shard;            // "i/n", i from 0
     bool resume = false;
     bool distance = false;                // signed distance maps as well
+    bool hitDistance = false;             // distances of the nearest hits as well
     bool index = false;                   // index maps as well
     std::string environment = "256x128";  // texels that index maps name
     std::string atlas;                    // .exr

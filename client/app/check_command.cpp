@@ -58,10 +58,9 @@ Result<void> checkInput(const MeshInput& input, const CheckArguments& arguments,
     if (const auto usage = checkUsage(arguments); !usage) return usage.error();
     auto whole = concatenated(input);
     if (!whole) return whole.error();
-    if (input.splitByImporter) whole = joined(*whole);
     Json json = {{"file", arguments.scene}};
     std::string text;
-    if (input.parts.size() > 1 && !input.splitByImporter) {
+    if (input.parts.size() > 1) {
         for (const MeshInput::Part& part : input.parts) {
             const auto report = visibility::checkMesh(part.mesh);
             if (!report) return badInput(fmt::format("{}: {}: {}", arguments.scene, part.name, report.error().message));
@@ -72,7 +71,7 @@ Result<void> checkInput(const MeshInput& input, const CheckArguments& arguments,
         }
         text += "all together: ";
     }
-    const auto report = visibility::checkMesh(*whole);
+    const auto report = visibility::checkMesh(*whole, {.polygons = input.polygons});
     if (!report) return badInput(fmt::format("{}: {}", arguments.scene, report.error().message));
     json["whole"] = jsonOf(*report);
     text += visibility::toText(*report);
@@ -111,7 +110,7 @@ Result<void> checkInput(const MeshInput& input, const CheckArguments& arguments,
 int runCheck(const CheckArguments& arguments, std::ostream& out, std::ostream& err) {
     Result<void> done = checkUsage(arguments);
     if (done) {
-        const auto input = loadMeshes(arguments.scene);
+        const auto input = loadMeshes(arguments.scene, true);
         done = input ? checkInput(*input, arguments, out) : Result<void>(input.error());
     }
     if (done) return 0;

@@ -19,7 +19,7 @@ struct CheckArguments {
 
 // `umbriel check FILE`: the conditions under which visibility maps light a mesh well (common/visibility/mesh_check.h),
 // counted with their first examples: for each geometry where there are several, and for all together as they are baked.
-// An OBJ file is looked at as one mesh with one vertex for each position, as its importer splits them. With weld or
+// An OBJ file is looked at as one mesh of the vertices that it lists, numbered from 0. With weld or
 // orient, the report of the changed mesh follows.
 //
 // JSON: {file, geometries: [REPORT with name] (where there are several), whole: REPORT, repaired: REPORT with

@@ -2,10 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <array>
-#include <bit>
 #include <limits>
-#include <map>
 #include <memory>
 #include <span>
 
@@ -53,7 +50,7 @@ visibility::Mesh posed(const Aspect& scene, const DeformedGeometry& core, const 
 
 }  // namespace
 
-Result<MeshInput> loadMeshes(const std::string& scene) {
+Result<MeshInput> loadMeshes(const std::string& scene, bool verticesAsWritten) {
     TypeRegistry types;
     registerCoreTypes(types);
     IdSource ids;
@@ -65,11 +62,11 @@ Result<MeshInput> loadMeshes(const std::string& scene) {
         if (!demo) return demo.error();
         loaded = *demo;
     } else {
-        auto file = loadScene(scene, aspect, ids, {});
+        auto file = loadScene(scene, aspect, ids, {.verticesAsWritten = verticesAsWritten});
         if (!file) return file.error();
         loaded = file->scene;
         input.warnings = std::move(file->warnings);
-        input.splitByImporter = scene.ends_with(".obj") || scene.ends_with(".OBJ");
+        input.polygons = file->polygons;
     }
     const Hierarchy hierarchy(aspect, aspect.get(loaded).root);
     traverse(aspect, aspect.get(loaded).root, std::nullopt, [&](const VisitedNode& visited) {
@@ -105,24 +102,6 @@ Result<visibility::Mesh> concatenated(const MeshInput& input) {
         }
     }
     return all;
-}
-
-visibility::Mesh joined(const visibility::Mesh& mesh) {
-    visibility::Mesh out;
-    std::map<std::array<std::uint32_t, 3>, std::uint32_t> known;
-    std::vector<std::uint32_t> now;
-    now.reserve(mesh.positions.size());
-    for (const glm::vec3& position : mesh.positions) {
-        const glm::vec3 p = position + 0.0f;  // -0 becomes 0
-        const std::array key{std::bit_cast<std::uint32_t>(p.x), std::bit_cast<std::uint32_t>(p.y),
-                             std::bit_cast<std::uint32_t>(p.z)};
-        const auto [found, isNew] = known.try_emplace(key, static_cast<std::uint32_t>(out.positions.size()));
-        if (isNew) out.positions.push_back(position);
-        now.push_back(found->second);
-    }
-    out.indices.reserve(mesh.indices.size());
-    for (const std::uint32_t index : mesh.indices) out.indices.push_back(now[index]);
-    return out;
 }
 
 Result<void> writeObj(const std::string& path, const visibility::Mesh& mesh) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -20,18 +21,16 @@ struct MeshInput {
     // turns the winding, so that fronts stay fronts.
     std::vector<Part> parts;
     std::vector<std::string> warnings;  // of the importer, one line each
-    // The importer splits vertices of an OBJ file by material, normal and texture coordinate, and by object.
-    bool splitByImporter = false;
+    std::uint64_t polygons = 0;  // faces with more than three corners that the importer split
 };
 
-// A .gltf, .glb or .obj file (loadScene()), or demo:NAME. Errors as there; bad input too when there are no triangles.
-Result<MeshInput> loadMeshes(const std::string& scene);
+// A .gltf, .glb or .obj file (loadScene()), or demo:NAME. verticesAsWritten: an OBJ file is one part with the vertices
+// it lists, as ImportLimits says; otherwise its vertices are split as they are for drawing. Errors as there; bad input
+// too when there are no triangles.
+Result<MeshInput> loadMeshes(const std::string& scene, bool verticesAsWritten = false);
 
 // All parts one after the other: vertex and triangle numbers count on.
 Result<visibility::Mesh> concatenated(const MeshInput& input);
-
-// Vertices with equal coordinates become the first of them; every triangle stays, degenerate ones too.
-visibility::Mesh joined(const visibility::Mesh& mesh);
 
 // Wavefront OBJ: v and f lines, coordinates that read back as the same bits. Appears whole or not at all.
 Result<void> writeObj(const std::string& path, const visibility::Mesh& mesh);

@@ -25,6 +25,9 @@ using visibility::MappingKind;
 
 constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 28;
 
+constexpr const char* kShowsMasks = "masks";
+constexpr const char* kShowsDistances = "distances";
+
 struct Kind {
     MapContent content;
     const char* layer;
@@ -59,7 +62,7 @@ struct Layout {
     }
 };
 
-void describe(const MapHeader& h, std::uint32_t columns, LayeredImage& picture) {
+void describe(const MapHeader& h, std::uint32_t columns, const char* shows, LayeredImage& picture) {
     auto& t = picture.texts;
     t["umvisMapping"] = std::string(name(h.mapping.kind));
     t["umvisSize"] = std::to_string(h.mapping.size);
@@ -73,6 +76,12 @@ void describe(const MapHeader& h, std::uint32_t columns, LayeredImage& picture) 
     t["umvisDirections"] = toHex(h.directionHash);
     t["umvisClass"] = h.bakeClass;
     t["umvisColumns"] = std::to_string(columns);
+    t["umvisShows"] = shows;
+}
+
+Error notAValue(const char* channel, int x, int y) {
+    return badInput(
+        fmt::format("the atlas was changed: {} of its pixel {}, {} is no value that was baked", channel, x, y));
 }
 
 // Reads attributes back; the first that is missing or malformed sticks.
@@ -192,7 +201,7 @@ Result<LayeredImage> exportAtlas(const MapFile& file, const AtlasOptions& option
                 {kind.layer, FloatImage(static_cast<int>(width), static_cast<int>(height), {"V"})});
         }
     }
-    describe(h, layout.columns, picture);
+    describe(h, layout.columns, options.showDistance ? kShowsDistances : kShowsMasks, picture);
 
     // Blocks are unpacked once as long as rows come in order.
     std::uint64_t block = ~std::uint64_t{0};
@@ -270,6 +279,7 @@ Result<Bytes> importAtlas(const LayeredImage& picture, const visibility::BakeMes
     h.bakeClass = texts.text("umvisClass");
     const auto columns = texts.number<std::uint32_t>("umvisColumns");
     const std::string meshHash = texts.text("umvisMesh"), directions = texts.text("umvisDirections");
+    const std::string shows = texts.text("umvisShows");
     if (!texts.missing().empty()) {
         return badInput(fmt::format("the picture is no atlas of visibility maps: its attribute {} is missing or wrong",
                                     texts.missing()));
@@ -279,6 +289,9 @@ Result<Bytes> importAtlas(const LayeredImage& picture, const visibility::BakeMes
     h.directionHash = visibility::directionHash(h.mapping);
     if (meshHash != toHex(h.meshHash)) return badInput("the atlas was made for another mesh");
     if (directions != toHex(h.directionHash)) return badInput("the rays of the atlas had other directions");
+    if (shows != kShowsMasks && holds(h, MapContent::Mask)) {
+        return badInput("the atlas shows distances in place of the masks; export it without that");
+    }
     const TilePlace tile = tileSize(h.mapping);
     if (h.contents == 0 || (h.contents & ~visibility::kAllContents) != 0 || columns == 0 || columns > h.totalRows ||
         static_cast<std::uint64_t>(picture.width()) != std::uint64_t{columns} * tile.x ||
@@ -302,9 +315,10 @@ Result<Bytes> importAtlas(const LayeredImage& picture, const visibility::BakeMes
             Bytes raw(rows * size);
             for (std::uint32_t row = 0; row < rows; ++row) {
                 for (std::uint32_t p = 0; p < pixels; ++p) {
-                    if (picture.rgba.pixel(layout.x(first + row, p), layout.y(first + row, p))[0] > 0.5f) {
-                        raw[row * size + p / 8] |= static_cast<std::byte>(1u << (p % 8));
-                    }
+                    const int x = layout.x(first + row, p), y = layout.y(first + row, p);
+                    const float open = picture.rgba.pixel(x, y)[0];
+                    if (open != 0.0f && open != 1.0f) return notAValue("R", x, y);
+                    if (open == 1.0f) raw[row * size + p / 8] |= static_cast<std::byte>(1u << (p % 8));
                 }
             }
             blocks.push_back(encodeBlock(MapContent::Mask, rows, raw));
@@ -318,9 +332,18 @@ Result<Bytes> importAtlas(const LayeredImage& picture, const visibility::BakeMes
             for (std::uint32_t row = 0; row < rows; ++row) {
                 for (std::uint32_t p = 0; p < pixels; ++p) {
                     const int x = layout.x(first + row, p), y = layout.y(first + row, p);
-                    const std::uint16_t bits = kind.content == MapContent::Index
-                                                   ? static_cast<std::uint16_t>(std::min(ids->at(x, y, 0), 0xffffu))
-                                                   : visibility::toHalf(values->at(x, y, 0));
+                    std::uint16_t bits = 0;
+                    if (kind.content == MapContent::Index) {
+                        const std::uint32_t texel = ids->at(x, y, 0);
+                        if (texel != visibility::kBlockedIndex &&
+                            texel >= std::uint64_t{h.environment.width} * h.environment.height)
+                            return notAValue(kind.layer, x, y);
+                        bits = static_cast<std::uint16_t>(texel);
+                    } else {
+                        bits = visibility::toHalf(values->at(x, y, 0));
+                        // Any half float comes back as it was; anything else was changed by another program.
+                        if (visibility::fromHalf(bits) != values->at(x, y, 0)) return notAValue(kind.layer, x, y);
+                    }
                     raw.push_back(static_cast<std::byte>(bits & 0xff));
                     raw.push_back(static_cast<std::byte>(bits >> 8));
                 }

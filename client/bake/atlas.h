@@ -34,8 +34,8 @@ TilePlace tilePlace(const visibility::Mapping& mapping, std::uint32_t pixel);
 // Bad input: rows that are not in the file, distances that it does not hold, more than 2^28 pixels in all.
 Result<LayeredImage> exportAtlas(const visibility::MapFile& file, const AtlasOptions& options = {});
 
-// The file back from an atlas of all rows: the same bytes as it was made from. Bad input: not such a picture, another
-// mesh, other directions.
+// The file back from an atlas of all rows: the same bytes as it was made from. Bad input: not such a picture, one that
+// shows distances, another mesh, other directions, values that no bake makes (a lossy compression, another program).
 Result<visibility::Bytes> importAtlas(const LayeredImage& picture, const visibility::BakeMesh& mesh);
 
 }  // namespace umbriel

@@ -44,6 +44,12 @@ bool AnswerWriter::error(const Error& error) {
     return message(kind, bytesOf(error.message.substr(0, kLongestText)));
 }
 
+bool AnswerWriter::polygons(std::uint64_t count) {
+    wire::Bytes bytes;
+    wire::Writer(bytes).u64(count);
+    return message(AnswerKind::Polygons, bytes);
+}
+
 bool AnswerWriter::scene(const Aspect& scene, Ref<LoadedScene> loaded) {
     wire::EncodeOptions options;
     options.includeUnshipped = true;
@@ -166,6 +172,12 @@ AnswerReader::End AnswerReader::read(Aspect& into, std::size_t maxContainers) {
                 if (const Result<void> applied = decoding.part(payload); !applied)
                     return malformed(applied.error().message);
                 break;
+            case AnswerKind::Polygons: {
+                wire::Reader reader(payload);
+                _polygons = reader.u64();
+                if (!reader.atEnd()) return malformed("a number is malformed");
+                break;
+            }
             case AnswerKind::Done: {
                 wire::Reader reader(payload);
                 _scene = Ref<LoadedScene>(ContainerId{reader.u64()});

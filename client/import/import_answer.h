@@ -15,9 +15,18 @@ namespace umbriel {
 
 // What the import process tells the client through a pipe: messages of
 //     u8 kind, u64 length, length bytes
-// first warnings, blobs and parts of a change list (common/wire/change_codec.h), then the scene's id, which ends the
-// answer; or one error and nothing else. The client trusts none of it.
-enum class AnswerKind : std::uint8_t { Warning = 1, Blob = 2, Part = 3, Done = 4, BadInput = 5, Failure = 6 };
+// first warnings, the number of polygons that were split (if there are any), blobs and parts of a change list
+// (common/wire/change_codec.h), then the scene's id, which ends the answer; or one error and nothing else. The client
+// trusts none of it.
+enum class AnswerKind : std::uint8_t {
+    Warning = 1,
+    Blob = 2,
+    Part = 3,
+    Done = 4,
+    BadInput = 5,
+    Failure = 6,
+    Polygons = 7
+};
 
 // The import process' end. Each function is false when the client is gone.
 class AnswerWriter {
@@ -26,6 +35,7 @@ class AnswerWriter {
 
     bool warning(const std::string& text);
     bool error(const Error& error);
+    bool polygons(std::uint64_t count);
     // The whole aspect, then the end of the answer.
     bool scene(const Aspect& scene, Ref<LoadedScene> loaded);
 
@@ -58,6 +68,7 @@ class AnswerReader {
 
     Ref<LoadedScene> scene() const { return _scene; }
     const std::vector<std::string>& warnings() const { return _warnings; }
+    std::uint64_t polygons() const { return _polygons; }
     const Error& error() const { return _error; }
 
  private:
@@ -72,6 +83,7 @@ class AnswerReader {
     std::uint64_t _bytesLeft;
     Ref<LoadedScene> _scene;
     std::vector<std::string> _warnings;
+    std::uint64_t _polygons = 0;
     Error _error;
 };
 

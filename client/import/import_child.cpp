@@ -17,7 +17,7 @@
 namespace umbriel {
 namespace {
 
-constexpr std::size_t kArgumentCount = 9;
+constexpr std::size_t kArgumentCount = 10;
 
 template <class Number>
 bool parse(const std::string& text, Number& value) {
@@ -37,6 +37,7 @@ void importInto(const std::string& file, const ImportLimits& limits, AnswerWrite
     for (const ContainerId id : scene.ids()) draws = draws || isA<Geometry>(*scene.find(id));
     if (!draws) warnings.add("there is nothing to draw");
     for (const std::string& text : warnings.texts()) answer.warning(text);
+    if (warnings.polygons() > 0) answer.polygons(warnings.polygons());
     answer.scene(scene, loaded);
 }
 
@@ -47,6 +48,7 @@ std::vector<std::string> importChildArguments(const std::string& file, const Imp
     return {std::to_string(answerDescriptor), std::to_string(limits.fileBytes), std::to_string(limits.sceneBytes),
             std::to_string(limits.processBytes), std::to_string(limits.cpuTime.count()),
             std::to_string(limits.containers), std::to_string(limits.imageSide), std::to_string(limits.depth),
+            limits.verticesAsWritten ? "1" : "0",
             // Never mistaken for an option, whatever the file is called.
             file.starts_with('/') ? file : "./" + file};
 }
@@ -56,15 +58,17 @@ int runImportChild(const ImportChildOptions& options) {
     ImportLimits limits;
     int descriptor = -1;
     std::int64_t cpuSeconds = 0;
+    int asWritten = 0;
     if (arguments.size() != kArgumentCount || !parse(arguments[0], descriptor) ||
         !parse(arguments[1], limits.fileBytes) || !parse(arguments[2], limits.sceneBytes) ||
         !parse(arguments[3], limits.processBytes) || !parse(arguments[4], cpuSeconds) ||
         !parse(arguments[5], limits.containers) || !parse(arguments[6], limits.imageSide) ||
-        !parse(arguments[7], limits.depth) || fcntl(descriptor, F_GETFD) < 0) {
+        !parse(arguments[7], limits.depth) || !parse(arguments[8], asWritten) || fcntl(descriptor, F_GETFD) < 0) {
         log::error("import-child is started by umbriel itself, with a pipe for its answer");
         return 2;
     }
     limits.cpuTime = std::chrono::seconds(cpuSeconds);
+    limits.verticesAsWritten = asWritten != 0;
     AnswerWriter answer(descriptor);
     if (const Result<void> confined = confineProcess(limits, arguments.back(), descriptor); !confined) {
         answer.error(confined.error());

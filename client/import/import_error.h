@@ -29,9 +29,13 @@ class ImportWarnings {
 
     void add(std::string text);
     const std::vector<std::string>& texts() const { return _texts; }
+    // Faces of more than three corners, which were split into triangles. Nothing to warn of: only counted.
+    void addPolygons(std::uint64_t count) { _polygons += count; }
+    std::uint64_t polygons() const { return _polygons; }
 
  private:
     std::vector<std::string> _texts;
+    std::uint64_t _polygons = 0;
     bool _full = false;
 };
 

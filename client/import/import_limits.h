@@ -18,6 +18,9 @@ struct ImportLimits {
     std::uint32_t containers = 1'000'000;                 // nodes, geometries, materials, ... of the scene
     std::uint32_t imageSide = 16'384;                     // texels
     std::uint32_t depth = 1'000;                          // of nodes below each other
+    // An .obj file as one geometry with exactly its vertices, numbered as there, unused ones included, instead of
+    // geometries to draw, whose vertices are split by normals, texture coordinates, materials and objects.
+    bool verticesAsWritten = false;
     // The program that is the import process, and its first arguments; `umbriel import-child` by default. The process
     // gets the arguments of importChildArguments() on top.
     std::vector<std::string> childCommand = {"/proc/self/exe", "import-child"};

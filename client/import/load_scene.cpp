@@ -231,6 +231,7 @@ Result<LoadedFile> loadScene(const std::string& file, Aspect& into, IdSource& id
     LoadedFile loaded;
     loaded.scene = Ref<LoadedScene>(SceneTransfer(scratch, into, ids).run(answer.scene()));
     loaded.warnings = answer.warnings();
+    loaded.polygons = answer.polygons();
     return loaded;
 }
 

@@ -13,6 +13,7 @@ namespace umbriel {
 struct LoadedFile {
     Ref<LoadedScene> scene;
     std::vector<std::string> warnings;  // one line each, without the file's name
+    std::uint64_t polygons = 0;         // faces of an .obj with more than three corners, split into triangles
 };
 
 // Loads a scene file (.gltf, .glb, .obj) into an aspect, for its next commit, with ids from the source. The file is

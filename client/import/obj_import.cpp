@@ -82,6 +82,25 @@ void dropTrailingSlashes(std::string& text) {
     }
 }
 
+// Faces of more than three corners.
+std::uint64_t countPolygons(std::string_view text) {
+    std::uint64_t polygons = 0;
+    for (std::size_t begin = 0; begin < text.size();) {
+        const std::size_t end = std::min(text.find('\n', begin), text.size());
+        std::size_t words = 0;
+        for (std::size_t at = begin; at < end; ++words) {
+            while (at < end && isBlank(text[at])) ++at;
+            if (at == end || text[at] == '#') break;
+            const std::size_t word = at;
+            while (at < end && !isBlank(text[at])) ++at;
+            if (words == 0 && text.substr(word, at - word) != "f") break;
+        }
+        if (words > 4) ++polygons;
+        begin = end + 1;
+    }
+    return polygons;
+}
+
 // Reads MTL libraries from the file's folder only; a missing one costs the materials, not the scene.
 class ConfinedMaterialReader final : public tinyobj::MaterialReader {
  public:
@@ -239,6 +258,45 @@ Ref<Node> createShape(const tinyobj::shape_t& shape, const tinyobj::attrib_t& at
     return node;
 }
 
+// All triangles of the file over all of its vertices.
+Ref<Node> createAsWritten(const std::vector<tinyobj::shape_t>& shapes, const tinyobj::attrib_t& attributes,
+                          Aspect& scene, ByteBudget& sceneBytes) {
+    const std::size_t count = attributes.vertices.size() / 3;
+    sceneBytes.take(count * sizeof(glm::vec3), "vertices");
+    std::vector<glm::vec3> positions(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        positions[i] = {attributes.vertices[3 * i], attributes.vertices[3 * i + 1], attributes.vertices[3 * i + 2]};
+    }
+    std::vector<std::uint32_t> indices;
+    for (const tinyobj::shape_t& shape : shapes) {
+        std::size_t at = 0;
+        for (std::size_t face = 0; face < shape.mesh.num_face_vertices.size(); ++face) {
+            const std::size_t corners = shape.mesh.num_face_vertices[face];
+            if (corners == 3 && at + 3 <= shape.mesh.indices.size()) {
+                sceneBytes.take(3 * sizeof(std::uint32_t), "triangles");
+                for (std::size_t i = at; i < at + 3; ++i) {
+                    const int vertex = shape.mesh.indices[i].vertex_index;
+                    if (vertex < 0 || static_cast<std::size_t>(vertex) >= count) {
+                        throw ImportRefused(
+                            "object '" + shape.name + "', triangle " + std::to_string(face),
+                            "names vertex " + std::to_string(vertex + 1) + ", there are " + std::to_string(count));
+                    }
+                    indices.push_back(static_cast<std::uint32_t>(vertex));
+                }
+            }
+            at += corners;
+        }
+    }
+    if (indices.empty()) return {};
+    const Ref<Geometry> geometry = scene.create<Geometry>();
+    auto edit = scene.edit(geometry);
+    edit.assign<&Geometry::positions>(positions);
+    edit.assign<&Geometry::indices>(indices);
+    const Ref<Node> node = scene.create<Node>("mesh");
+    scene.edit(node).set<&Node::core>(geometry);
+    return node;
+}
+
 }  // namespace
 
 Ref<LoadedScene> importObj(const std::string& file, Aspect& scene, const ImportLimits& limits,
@@ -255,6 +313,7 @@ Ref<LoadedScene> importObj(const std::string& file, Aspect& scene, const ImportL
         std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
         VertexLines(text).check();
         dropTrailingSlashes(text);
+        warnings.addPolygons(countPolygons(text));
         std::istringstream stream(text);
         ConfinedMaterialReader reader(folder, warnings);
         std::string warning;
@@ -266,6 +325,10 @@ Ref<LoadedScene> importObj(const std::string& file, Aspect& scene, const ImportL
 
     ObjMaterials materials(folder, scene, limits, sceneBytes, warnings);
     std::vector<Ref<Node>> nodes;
+    if (limits.verticesAsWritten) {
+        if (const Ref<Node> node = createAsWritten(shapes, attributes, scene, sceneBytes)) nodes.push_back(node);
+        shapes.clear();
+    }
     for (const tinyobj::shape_t& shape : shapes) {
         if (!shape.lines.indices.empty() || !shape.points.indices.empty())
             warnings.add("points and lines are not drawn");

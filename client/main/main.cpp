@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <iostream>
 
+#include "client/app/bake_atlas_command.h"
 #include "client/app/bake_command.h"
 #include "client/app/check_command.h"
 #include "client/app/compare_command.h"
@@ -93,7 +94,7 @@ void addBakeOptions(CLI::App& command, BakeArguments& arguments) {
         ->capture_default_str();
     command.add_option("--size", arguments.size, "of an image, S: hemisphere has 2S x S/2 directions; fibonacci: how many directions")
         ->capture_default_str();
-    command.add_option("--maker", arguments.maker, "rays, grid")->capture_default_str();
+    command.add_option("--maker", arguments.maker, "rays, grid; gl: drawn by render servers (--servers, --local; default one here)")->capture_default_str();
     command.add_option("--far", arguments.far, "how far rays go, percent of the mesh's diagonal (default: no limit)");
     command.add_option("--fovy", arguments.fovy, "opening angle of singleplane in degrees");
     command.add_option("--guard", arguments.guard, "exact, fast, fast-fan: how rays are kept from hitting their own surface")
@@ -103,6 +104,7 @@ void addBakeOptions(CLI::App& command, BakeArguments& arguments) {
     command.add_option("--shard", arguments.shard, "bake only part i of n, i from 0: i/n; put together by bake merge");
     command.add_flag("--resume", arguments.resume, "go on with an interrupted bake into the same file");
     command.add_flag("--distance", arguments.distance, "signed distance maps as well");
+    command.add_flag("--hit-distance", arguments.hitDistance, "distances of the nearest hits as well");
     command.add_flag("--index", arguments.index, "index maps as well: which environment texel an open direction sees");
     command.add_option("--environment", arguments.environment, "texels of that environment, WIDTHxHEIGHT")->capture_default_str();
     command.add_option("--atlas", arguments.atlas, "the maps as a picture too, .exr");
@@ -254,6 +256,26 @@ int main(int argc, char** argv) {
     bakeMergeCommand->add_flag("--allow-mixed", bakeMerge.allowMixed, "although last bits may differ between their bake classes");
     bakeMergeCommand->add_flag("--json", bakeMerge.json, "print JSON");
 
+    BakeExportArguments bakeExport;
+    CLI::App* bakeExportCommand = bakeCommand->add_subcommand("export", "maps as an OpenEXR picture");
+    bakeExportCommand->add_option("FILE", bakeExport.maps, "the maps, .umvis")->required();
+    bakeExportCommand->add_option("--out", bakeExport.out, "the picture, .exr; .png: for eyes only")->required();
+    bakeExportCommand->add_option("--rows", bakeExport.rows, "only these rows of the file, as in 12,40")->delimiter(',');
+    bakeExportCommand->add_option("--vertices", bakeExport.vertices, "only the maps of these vertices of the mesh as loaded, from 0")
+        ->delimiter(',');
+    bakeExportCommand->add_option("--columns", bakeExport.columns, "maps beside each other; 0: about a square");
+    bakeExportCommand->add_flag("--show-distance", bakeExport.showDistance, "the distance maps as grey in place of the masks");
+    bakeExportCommand->add_option("--scale", bakeExport.scale, "of a .png: pixels for each direction")->capture_default_str();
+    bakeExportCommand->add_flag("--json", bakeExport.json, "print JSON");
+    bakeExportCommand->footer("Example: umbriel bake export dress.umvis --out dress.exr");
+    BakeImportArguments bakeImport;
+    CLI::App* bakeImportCommand = bakeCommand->add_subcommand("import", "maps back from a picture that export made of all of them");
+    bakeImportCommand->add_option("FILE", bakeImport.picture, "the picture, .exr")->required();
+    bakeImportCommand->add_option("--mesh", bakeImport.mesh, "what the maps were baked of")->required();
+    bakeImportCommand->add_option("--out", bakeImport.out, "the maps, .umvis")->required();
+    bakeImportCommand->add_flag("--json", bakeImport.json, "print JSON");
+    bakeImportCommand->footer("Example: umbriel bake import dress.exr --mesh dress.obj --out dress.umvis");
+
     DoctorOptions doctor;
     CLI::App* doctorCommand = app.add_subcommand("doctor", "say what works on this machine");
     doctorCommand->add_flag("--json", doctor.json, "print JSON");
@@ -298,6 +320,8 @@ int main(int argc, char** argv) {
     }
     if (*checkCommand) return runCheck(check, std::cout, std::cerr);
     if (*bakeMergeCommand) return runBakeMerge(bakeMerge, std::cout, std::cerr);
+    if (*bakeExportCommand) return runBakeExport(bakeExport, std::cout, std::cerr);
+    if (*bakeImportCommand) return runBakeImport(bakeImport, std::cout, std::cerr);
     if (*bakeCommand) {
         if (bake.scene.empty()) {
             std::cerr << "error: MESH is missing: umbriel bake MESH --out FILE.umvis\n";

@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/base/assert.h"
 #include "common/trace/grid_scene.h"
 #include "common/visibility/distance_map.h"
 #include "common/visibility/half.h"
@@ -32,9 +33,16 @@ std::string processorVendor() {
 #endif
 }
 
-// What else than mesh, settings and range the bytes may depend on: version and instruction set of the ray caster, maker of
-// the processor, compressor. Exact masks belong to it as well: of the rays nearly parallel to a triangle a share below
-// 1e-9 is still decided by Embree alone (ray_scene.h), and a class promises every bit.
+// The header has room for 63 printable characters.
+std::string fitting(std::string text, std::size_t room) {
+    std::ranges::replace_if(
+        text, [](char c) { return c < ' ' || c > '~'; }, '?');
+    return text.substr(0, room);
+}
+
+// What else than mesh, settings and range the bytes may depend on: version and instruction set of the ray caster, maker
+// of the processor, compressor. Exact masks belong to it as well: of the rays nearly parallel to a triangle a share
+// below 1e-9 is still decided by Embree alone (ray_scene.h), and a class promises every bit.
 std::string bakeClass(const std::string& maker) {
     return fmt::format("{} {}, zstd {}", maker, processorVendor(), ZSTD_versionString());
 }
@@ -70,9 +78,9 @@ Result<void> check(const BakeSettings& s) {
             return badInput("the octahedral mapping needs no index maps: all vertices share its directions");
         }
     }
-    if (s.maker == MapMaker::Gl) return badInput("maps are drawn by the render servers, not here");
-    if (s.maker == MapMaker::Grid && (s.guard != trace::Guard::Exact || has(s.contents, MapContent::HitDistance))) {
-        return badInput("the grid maker has the exact guard only, and no hit distances");
+    if (s.maker != MapMaker::Rays && (s.guard != trace::Guard::Exact || has(s.contents, MapContent::HitDistance))) {
+        return badInput(fmt::format("the {} maker has the exact guard only, and no hit distances",
+                                    s.maker == MapMaker::Grid ? "grid" : "gl"));
     }
     return {};
 }
@@ -121,7 +129,24 @@ std::uint32_t Baker::rowBlocks() const {
     return static_cast<std::uint32_t>((_state->mesh.rows.size() + kRowsPerBlock - 1) / kRowsPerBlock);
 }
 
+std::uint32_t Baker::rowsInBlock(std::uint32_t rowBlock) const {
+    const std::uint32_t first = rowBlock * kRowsPerBlock;
+    return std::min<std::uint32_t>(kRowsPerBlock, static_cast<std::uint32_t>(_state->mesh.rows.size()) - first);
+}
+
 Result<std::unique_ptr<Baker>> Baker::create(const BakeMesh& mesh, const BakeSettings& settings, int threads) {
+    if (settings.maker == MapMaker::Gl) return badInput("maps are drawn by render servers, not by this process");
+    return make(mesh, settings, threads, {});
+}
+
+Result<std::unique_ptr<Baker>> Baker::createForMasks(const BakeMesh& mesh, const BakeSettings& settings,
+                                                     const std::string& description) {
+    UMBRIEL_ASSERT(settings.maker == MapMaker::Gl, "rays and grids make their own masks");
+    return make(mesh, settings, 1, description);
+}
+
+Result<std::unique_ptr<Baker>> Baker::make(const BakeMesh& mesh, const BakeSettings& settings, int threads,
+                                           const std::string& drawnBy) {
     if (const auto valid = check(settings); !valid) return valid.error();
     auto state = std::make_unique<State>(mesh, settings);
     std::string maker = "grid";
@@ -130,8 +155,10 @@ Result<std::unique_ptr<Baker>> Baker::create(const BakeMesh& mesh, const BakeSet
         if (!scene) return scene.error();
         state->rays = std::move(*scene);
         maker = state->rays->description();
-    } else {
+    } else if (settings.maker == MapMaker::Grid) {
         state->grid = std::make_unique<trace::GridScene>(mesh.view());
+    } else {
+        maker = fitting("gl " + drawnBy, 40);
     }
     if (has(settings.contents, MapContent::Distance)) state->distances.emplace(settings.mapping);
     state->header = wholeHeader(mesh, settings, bakeClass(maker));
@@ -140,10 +167,8 @@ Result<std::unique_ptr<Baker>> Baker::create(const BakeMesh& mesh, const BakeSet
 
 std::vector<EncodedBlock> Baker::block(std::uint32_t rowBlock, const std::function<bool()>& goOn) const {
     const State& s = *_state;
-    const std::uint32_t pixels = pixelCount(s.settings.mapping);
-    const std::uint32_t first = rowBlock * kRowsPerBlock;
-    const std::uint32_t rows =
-        std::min<std::uint32_t>(kRowsPerBlock, static_cast<std::uint32_t>(s.mesh.rows.size()) - first);
+    UMBRIEL_ASSERT(s.rays || s.grid, "masks of a rasteriser come from outside");
+    const std::uint32_t first = rowBlock * kRowsPerBlock, rows = rowsInBlock(rowBlock);
     const DirectionFrame frame = directionFrame(s.settings.mapping);
     std::optional<trace::RayScene::Tracer> rays;
     std::optional<trace::GridScene::Tracer> grid;
@@ -152,52 +177,78 @@ std::vector<EncodedBlock> Baker::block(std::uint32_t rowBlock, const std::functi
     } else {
         grid.emplace(*s.grid);
     }
-    const std::uint32_t contents = s.settings.contents;
-    std::vector<std::uint8_t> blocked(s.directions.packets()), mask(maskBytes(pixels));
-    std::vector<float> laneDistances, values(pixels);
-    std::vector<std::uint16_t> indices;
-    DistanceMaps::Silhouette silhouette;
-    if (has(contents, MapContent::HitDistance)) laneDistances.resize(s.directions.lanes());
-    if (has(contents, MapContent::Index)) indices.resize(pixels);
-
-    Bytes maskData, distanceData, hitData, indexData;
-    maskData.reserve(rows * mask.size());
-    const std::uint32_t rowsPerSlice = std::max(1u, kRaysPerSlice / pixels);
-    for (std::uint32_t row = first; row < first + rows; ++row) {
-        if (goOn && (row - first) % rowsPerSlice == 0 && !goOn()) return {};
-        const trace::Origin o = origin(s.mesh, row, frame);
+    const std::size_t bytes = maskBytes(pixelCount(s.settings.mapping));
+    std::vector<std::uint8_t> blocked(s.directions.packets()), masks(rows * bytes);
+    const std::uint32_t rowsPerSlice = std::max(1u, kRaysPerSlice / pixelCount(s.settings.mapping));
+    for (std::uint32_t row = 0; row < rows; ++row) {
+        if (goOn && row % rowsPerSlice == 0 && !goOn()) return {};
+        const trace::Origin o = origin(s.mesh, first + row, frame);
         const auto own = s.mesh.ownTriangles(o.position);
         if (rays) {
             rays->blocked(o, own, s.directions, s.farDistance, blocked);
         } else {
             grid->blocked(o, own, s.directions, s.farDistance, blocked);
         }
-        s.packer.pack(blocked, mask);
-        const auto maskBits = std::as_bytes(std::span(mask));
-        maskData.insert(maskData.end(), maskBits.begin(), maskBits.end());
-        if (has(contents, MapContent::Distance)) {
-            s.distances->compute(mask, silhouette, values);
-            append(distanceData, values, toHalf);
+        s.packer.pack(blocked, std::span(masks).subspan(row * bytes, bytes));
+    }
+    return blockOfMasks(rowBlock, masks, goOn);
+}
+
+std::vector<EncodedBlock> Baker::blockOfMasks(std::uint32_t rowBlock, std::span<const std::uint8_t> masks,
+                                              const std::function<bool()>& goOn) const {
+    const State& s = *_state;
+    const std::uint32_t contents = s.settings.contents, pixels = pixelCount(s.settings.mapping);
+    const std::uint32_t first = rowBlock * kRowsPerBlock, rows = rowsInBlock(rowBlock);
+    UMBRIEL_ASSERT(masks.size() == rows * maskBytes(pixels), "a mask for each row");
+    const auto mask = [&](std::uint32_t row) { return masks.subspan(row * maskBytes(pixels), maskBytes(pixels)); };
+    const auto originOf = [&](std::uint32_t row) {
+        return origin(s.mesh, first + row, directionFrame(s.settings.mapping));
+    };
+    const std::uint32_t rowsPerSlice = std::max(1u, kRaysPerSlice / pixels);
+    const auto stops = [&](std::uint32_t row) { return goOn && row % rowsPerSlice == 0 && !goOn(); };
+    std::vector<EncodedBlock> result;
+    const auto add = [&](MapContent content, std::span<const std::byte> data) {
+        result.push_back(encodeBlock(content, rows, data));
+    };
+    if (has(contents, MapContent::Mask)) add(MapContent::Mask, std::as_bytes(masks));
+    std::vector<float> values(pixels);
+    if (has(contents, MapContent::Distance)) {
+        Bytes data;
+        DistanceMaps::Silhouette silhouette;
+        for (std::uint32_t row = 0; row < rows; ++row) {
+            if (stops(row)) return {};
+            s.distances->compute(mask(row), silhouette, values);
+            append(data, values, toHalf);
         }
-        if (has(contents, MapContent::HitDistance)) {
-            rays->distances(o, own, s.directions, s.farDistance, laneDistances);
-            const auto unit = static_cast<float>(1.0 / s.mesh.diagonal);
+        add(MapContent::Distance, data);
+    }
+    if (has(contents, MapContent::HitDistance)) {
+        Bytes data;
+        trace::RayScene::Tracer rays(*s.rays);
+        std::vector<float> laneDistances(s.directions.lanes());
+        const auto unit = static_cast<float>(1.0 / s.mesh.diagonal);
+        for (std::uint32_t row = 0; row < rows; ++row) {
+            if (stops(row)) return {};
+            const trace::Origin o = originOf(row);
+            rays.distances(o, s.mesh.ownTriangles(o.position), s.directions, s.farDistance, laneDistances);
             for (std::size_t lane = 0; lane < laneDistances.size(); ++lane) {
                 if (s.directions.pixel[lane] != trace::kNoPixel)
                     values[s.directions.pixel[lane]] = laneDistances[lane] * unit;
             }
-            append(hitData, values, toHalf);
+            append(data, values, toHalf);
         }
-        if (has(contents, MapContent::Index)) {
-            indexMap(s.directions, o, mask, s.settings.environment, indices);
-            append(indexData, indices, [](std::uint16_t index) { return index; });
-        }
+        add(MapContent::HitDistance, data);
     }
-    std::vector<EncodedBlock> result;
-    if (has(contents, MapContent::Mask)) result.push_back(encodeBlock(MapContent::Mask, rows, maskData));
-    if (has(contents, MapContent::Distance)) result.push_back(encodeBlock(MapContent::Distance, rows, distanceData));
-    if (has(contents, MapContent::HitDistance)) result.push_back(encodeBlock(MapContent::HitDistance, rows, hitData));
-    if (has(contents, MapContent::Index)) result.push_back(encodeBlock(MapContent::Index, rows, indexData));
+    if (has(contents, MapContent::Index)) {
+        Bytes data;
+        std::vector<std::uint16_t> indices(pixels);
+        for (std::uint32_t row = 0; row < rows; ++row) {
+            if (stops(row)) return {};
+            indexMap(s.directions, originOf(row), mask(row), s.settings.environment, indices);
+            append(data, indices, [](std::uint16_t index) { return index; });
+        }
+        add(MapContent::Index, data);
+    }
     return result;
 }
 

@@ -6,9 +6,9 @@
 
 namespace umbriel::visibility {
 
-double steepestAngle(const BakeMesh& mesh, std::uint32_t row) {
+double steepestAngle(const BakeMesh& mesh, std::uint32_t row, bool lower) {
     const Row& r = mesh.rows[row];
-    const glm::dvec3 n(r.normal), p(mesh.positions[r.position]);
+    const glm::dvec3 n(lower ? -r.normal : r.normal), p(mesh.positions[r.position]);
     double smallest = std::numbers::pi;
     const auto angleTo = [&](const glm::dvec3& d) { return std::atan2(glm::length(glm::cross(n, d)), glm::dot(n, d)); };
     for (const std::uint32_t triangle : mesh.ownTriangles(r.position)) {
@@ -32,6 +32,11 @@ double cameraHeight(MappingKind kind, double fovy, double alpha, double near, do
     const double rise = std::numbers::sqrt2 / std::tan(alpha);
     const double height = kind == MappingKind::SinglePlane ? near * (rise * std::tan(0.5 * fovy) - 1.0) : near * rise;
     return std::max(height, epsilon);
+}
+
+double cameraHeightAllAround(double alpha, double near, double epsilon) {
+    if (!(alpha > 0.0)) return epsilon;
+    return std::max(std::numbers::sqrt3 * near / std::sin(std::min(alpha, 0.5 * std::numbers::pi)), epsilon);
 }
 
 }  // namespace umbriel::visibility

@@ -154,7 +154,9 @@ int main(int argc, char** argv) {
     RenderServerOptions options;
     options.jobThreads = bakeThreads > 0 ? bakeThreads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
     options.jobPriority = bakePriority == "idle" ? JobPriority::Idle : JobPriority::Normal;
-    options.jobs = visibilityJobs(options.jobThreads);
+    gl::ContextOptions contextOptions;
+    contextOptions.deviceIndex = gpu;
+    options.jobs = visibilityJobs(options.jobThreads, contextOptions);
     options.name = name;
     options.build = UMBRIEL_VERSION;
     options.insecureLan = insecureLan;
@@ -198,8 +200,6 @@ int main(int argc, char** argv) {
         if (::write(reportDescriptor, text.data(), text.size()) < 0) log::warning("the port could not be reported");
     };
 
-    gl::ContextOptions contextOptions;
-    contextOptions.deviceIndex = gpu;
     auto context = gl::HeadlessContext::create(contextOptions);
     if (!context) return report(context.error());
     if (doctor) {

@@ -9,7 +9,9 @@
 
 #include "common/visibility/bake.h"
 #include "common/visibility/bake_job.h"
+#include "common/visibility/map_maker.h"
 #include "common/visibility/mesh.h"
+#include "server/bake/gl_worker.h"
 
 namespace umbriel {
 namespace {
@@ -21,6 +23,7 @@ using visibility::kRowsPerBlock;
 struct Prepared {
     visibility::BakeMesh mesh;
     std::unique_ptr<Baker> baker;  // borrows the mesh
+    std::unique_ptr<GlWorker> gl;  // the same; of MapMaker::Gl only
 };
 
 template <class Element>
@@ -33,9 +36,30 @@ Result<std::vector<Element>> elementsOf(const wire::Blob& blob) {
     return elements;
 }
 
+// Few enough that a server that also draws can pause: some milliseconds on a graphics card, and software rendering at
+// idle priority gives way by itself.
+constexpr std::uint32_t kRowsDrawnPerSlice = 32;
+
+// Empty when goOn said no.
+Result<std::vector<visibility::EncodedBlock>> drawnBlock(const Prepared& prepared, std::uint32_t rowBlock,
+                                                         const std::function<bool()>& goOn) {
+    const visibility::Mapping& mapping = prepared.baker->header().mapping;
+    const std::size_t bytes = visibility::maskBytes(visibility::pixelCount(mapping));
+    const std::uint32_t rows = prepared.baker->rowsInBlock(rowBlock);
+    std::vector<std::uint8_t> masks(rows * bytes);
+    for (std::uint32_t row = 0; row < rows; row += kRowsDrawnPerSlice) {
+        if (!goOn()) return std::vector<visibility::EncodedBlock>{};
+        const std::uint32_t count = std::min(kRowsDrawnPerSlice, rows - row);
+        const auto drawn = prepared.gl->masks(rowBlock * kRowsPerBlock + row, count,
+                                              std::span(masks).subspan(row * bytes, count * bytes));
+        if (!drawn) return drawn.error();
+    }
+    return prepared.baker->blockOfMasks(rowBlock, masks, goOn);
+}
+
 class Workshop {
  public:
-    explicit Workshop(int slots) : _slots(std::max(1, slots)) {}
+    Workshop(int slots, const gl::ContextOptions& context) : _slots(std::max(1, slots)), _context(context) {}
 
     Result<std::vector<std::byte>> prepare(JobWork& work) {
         const auto job = visibility::decodeBakeJob(work.payload());
@@ -57,16 +81,18 @@ class Workshop {
         if (job->firstRow % kRowsPerBlock != 0 || job->firstRow >= total || job->rowCount == 0 ||
             job->rowCount > total - job->firstRow ||
             (job->rowCount % kRowsPerBlock != 0 && job->firstRow + job->rowCount != total))
-            return badInput(fmt::format("rows {} to {} of {} are no shard", job->firstRow,
-                                        job->firstRow + job->rowCount, total));
+            return badInput(
+                fmt::format("rows {} to {} of {} are no shard", job->firstRow, job->firstRow + job->rowCount, total));
         const auto first = static_cast<std::uint32_t>(job->firstRow / kRowsPerBlock);
         const auto count = static_cast<std::uint32_t>((job->rowCount + kRowsPerBlock - 1) / kRowsPerBlock);
         std::vector<visibility::EncodedBlock> blocks;
         for (std::uint32_t i = 0; i < count; ++i) {
             const float progress = static_cast<float>(i) / static_cast<float>(count);
-            auto block = baker.block(first + i, [&] { return work.alive(progress); });
-            if (block.empty()) return failure("the job was stopped");
-            std::ranges::move(block, std::back_inserter(blocks));
+            const auto goOn = [&] { return work.alive(progress); };
+            auto block = (*ready)->gl ? drawnBlock(**ready, first + i, goOn) : baker.block(first + i, goOn);
+            if (!block) return block.error();
+            if (block->empty()) return failure("the job was stopped");
+            std::ranges::move(*block, std::back_inserter(blocks));
         }
         visibility::MapHeader header = baker.header();
         header.firstRow = job->firstRow;
@@ -93,11 +119,20 @@ class Workshop {
         auto mesh = visibility::prepare({std::move(*positions), std::move(*indices)});
         if (!mesh) return mesh.error();
         if (mesh->hash != job.meshHash || visibility::directionHash(job.settings.mapping) != job.directionHash)
-            return failure("this server prepares the mesh or the directions differently: another version of Umbriel, or a "
-                           "processor that rounds differently");
+            return failure(
+                "this server prepares the mesh or the directions differently: another version of Umbriel, or a "
+                "processor that rounds differently");
         auto prepared = std::make_shared<Prepared>();
         prepared->mesh = std::move(*mesh);
-        auto baker = Baker::create(prepared->mesh, job.settings, _slots);
+        const bool draws = job.settings.maker == visibility::MapMaker::Gl;
+        if (draws) {
+            auto worker = GlWorker::create(prepared->mesh, job.settings.mapping,
+                                           job.settings.farShare * prepared->mesh.diagonal, _context);
+            if (!worker) return worker.error();
+            prepared->gl = std::move(*worker);
+        }
+        auto baker = draws ? Baker::createForMasks(prepared->mesh, job.settings, prepared->gl->renderer())
+                           : Baker::create(prepared->mesh, job.settings, _slots);
         if (!baker) return baker.error();
         prepared->baker = std::move(*baker);
         _prepared = std::move(prepared);
@@ -106,6 +141,7 @@ class Workshop {
     }
 
     int _slots;
+    gl::ContextOptions _context;
     std::mutex _mutex;
     Key _key;
     std::shared_ptr<const Prepared> _prepared;
@@ -113,8 +149,8 @@ class Workshop {
 
 }  // namespace
 
-std::map<std::string, JobHandler> visibilityJobs(int slots) {
-    const auto workshop = std::make_shared<Workshop>(slots);
+std::map<std::string, JobHandler> visibilityJobs(int slots, const gl::ContextOptions& context) {
+    const auto workshop = std::make_shared<Workshop>(slots, context);
     return {{visibility::kPrepareJob, [workshop](JobWork& work) { return workshop->prepare(work); }},
             {visibility::kShardJob, [workshop](JobWork& work) { return workshop->shard(work); }}};
 }

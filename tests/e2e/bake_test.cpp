@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/image/exr_io.h"
 #include "tests/e2e/run_program.h"
 
 namespace umbriel::e2e {
@@ -41,7 +42,42 @@ TEST(Check, ABoxIsClosedAndSound) {
     EXPECT_EQ(whole["vertices"], 8);
     EXPECT_EQ(whole["triangles"], 12);
     EXPECT_EQ(whole["closed"], true);
-    for (const json& finding : whole["findings"]) EXPECT_EQ(finding["count"], 0) << finding;
+    for (const json& finding : whole["findings"]) {
+        EXPECT_EQ(finding["count"], finding["condition"] == "polygons" ? 6 : 0) << finding;
+    }
+}
+
+// What an importer for drawing would hide: it drops unused vertices and splits used ones.
+TEST(Check, AnObjFileIsSeenAsItIsWritten) {
+    TemporaryFolder folder;
+    // A square of a quad and two triangles with a seam of vertices that are there twice, an unused vertex, normals and
+    // texture coordinates that differ at shared corners, two objects.
+    writeFile(folder / "seam.obj",
+              "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 9 9 9\nv 1 0 0\nv 1 1 0\nv 2 0 0\nv 2 1 0\n"
+              "vn 0 0 1\nvn 0 1 0\nvt 0 0\nvt 1 1\n"
+              "o left\nf 1/1/1 2/2/1 3/1/2 4/1/1\no right\nf 6/1/1 8/1/1 9/2/2\nf 6/2/2 9/1/1 7/1/1\n");
+    const Outcome outcome = run("umbriel", {"check", folder / "seam.obj", "--json", "--weld", "0", "--orient", "--out",
+                                            folder / "welded.obj"});
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+    const json report = json::parse(outcome.out);
+    const auto finding = [&](const json& of, const std::string& condition) {
+        for (const json& one : of["findings"])
+            if (one["condition"] == condition) return one;
+        return json();
+    };
+    const json whole = report["whole"];
+    EXPECT_EQ(whole["vertices"], 9);
+    EXPECT_EQ(whole["triangles"], 4);
+    EXPECT_EQ(finding(whole, "duplicate-vertices")["count"], 2);
+    EXPECT_EQ(finding(whole, "unused-vertices")["count"], 1);
+    EXPECT_NE(finding(whole, "unused-vertices")["examples"][0].get<std::string>().find("4"), std::string::npos);
+    EXPECT_EQ(finding(whole, "polygons")["count"], 1);
+    EXPECT_FALSE(report.contains("geometries"));
+    EXPECT_EQ(report["repaired"]["vertices"], 6);
+    EXPECT_EQ(finding(report["repaired"], "duplicate-vertices")["count"], 0);
+    const Outcome again = run("umbriel", {"check", folder / "welded.obj", "--json"});
+    EXPECT_EQ(json::parse(again.out)["whole"]["vertices"], 6);
+    EXPECT_EQ(finding(json::parse(again.out)["whole"], "polygons")["count"], 0);
 }
 
 TEST(Check, BadFilesAreRefused) {
@@ -96,11 +132,99 @@ TEST(Bake, PartsInProcessesOfTheirOwnMergeToTheWholeFile) {
     EXPECT_EQ(readFile(folder / "merged.umvis"), readFile(folder / "whole.umvis"));
 }
 
+TEST(Bake, ComesBackFromAPictureAsTheSameFile) {
+    TemporaryFolder folder;
+    const std::string mesh = folder / "box.obj", maps = folder / "box.umvis", picture = folder / "box.exr";
+    writeFile(mesh, boxObj());
+    ASSERT_EQ(run("umbriel", {"bake", mesh, "--size", "8", "--distance", "--hit-distance", "--index", "--out", maps}).exitCode,
+              0);
+    const Outcome exported = run("umbriel", {"bake", "export", maps, "--out", picture, "--json"});
+    ASSERT_EQ(exported.exitCode, 0) << exported.err;
+    EXPECT_EQ(json::parse(exported.out)["vertices"], 8);
+    EXPECT_EQ(json::parse(exported.out)["layers"], json({"distance", "hit", "index"}));
+    const std::string back = folder / "back.umvis";
+    const Outcome imported = run("umbriel", {"bake", "import", picture, "--mesh", mesh, "--out", back, "--json"});
+    ASSERT_EQ(imported.exitCode, 0) << imported.err;
+    EXPECT_EQ(readFile(back), readFile(maps));
+
+    // Two vertices of choice, and what is refused.
+    const Outcome two =
+        run("umbriel", {"bake", "export", maps, "--vertices", "0,6", "--show-distance", "--out", folder / "two.exr", "--json"});
+    ASSERT_EQ(two.exitCode, 0) << two.err;
+    EXPECT_EQ(json::parse(two.out)["vertices"], 2);
+    EXPECT_EQ(run("umbriel", {"bake", "export", maps, "--vertices", "8", "--out", picture}).exitCode, 2);
+    EXPECT_EQ(run("umbriel", {"bake", "export", maps, "--rows", "8", "--out", picture}).exitCode, 2);
+    EXPECT_EQ(run("umbriel", {"bake", "export", mesh, "--out", picture}).exitCode, 2);
+    EXPECT_EQ(run("umbriel", {"bake", "export", maps, "--out", folder / "box.jpg"}).exitCode, 2);
+    EXPECT_EQ(run("umbriel", {"bake", "export", maps, "--out", folder / "box.png", "--scale", "4"}).exitCode, 0);
+    EXPECT_EQ(run("umbriel", {"bake", "export", maps, "--out", picture, "--scale", "4"}).exitCode, 2);
+
+    const std::string sound = readFile(picture);
+    writeFile(folder / "other.obj", boxObj("0 0 -1"));
+    const auto refused = [&](const std::string& file, const std::string& of) {
+        const Outcome outcome = run("umbriel", {"bake", "import", file, "--mesh", of, "--out", folder / "no.umvis"});
+        EXPECT_FALSE(outcome.err.empty()) << file;
+        return outcome.exitCode == 2;
+    };
+    EXPECT_TRUE(refused(picture, folder / "other.obj"));
+    EXPECT_TRUE(refused(folder / "two.exr", mesh));
+    EXPECT_TRUE(refused(mesh, mesh));
+    EXPECT_TRUE(refused(folder / "none.exr", mesh));
+    writeFile(folder / "cut.exr", sound.substr(0, sound.size() - 200));
+    EXPECT_TRUE(refused(folder / "cut.exr", mesh));
+    // A changed byte anywhere is refused, or is one that no sample depends on.
+    for (std::size_t at = 10; at < sound.size(); at += sound.size() / 24) {
+        std::string changed = sound;
+        changed[at] = static_cast<char>(changed[at] ^ 0x5a);
+        writeFile(folder / "changed.exr", changed);
+        const Outcome outcome =
+            run("umbriel", {"bake", "import", folder / "changed.exr", "--mesh", mesh, "--out", folder / "changed.umvis"});
+        EXPECT_TRUE(outcome.exitCode == 2 || outcome.exitCode == 0) << at << ": " << outcome.exitCode << outcome.err;
+    }
+    for (const std::string& name : folder.names()) EXPECT_NE(name, "no.umvis");
+}
+
+// A server draws what rays find.
+TEST(Bake, MapsAreDrawnByAServer) {
+    TemporaryFolder folder;
+    // Two walls of unlike height on a floor, at odd angles.
+    writeFile(folder / "fold.obj",
+              "v 0 0 0\nv 1.13 0 0\nv 1.13 2.17 0\nv 0 2.17 0\nv -0.31 0.07 0.77\nv -0.29 2.11 0.83\n"
+              "v 1.51 0.03 1.19\nv 1.47 2.23 1.23\nf 1 2 3\nf 1 3 4\nf 4 6 5\nf 4 5 1\nf 2 7 8\nf 2 8 3\n");
+    for (const std::string mapping : {"hemicube", "hemisphere", "octahedral"}) {
+        std::vector<LayeredImage> pictures;
+        for (const std::string maker : {"rays", "gl"}) {
+            const std::string maps = folder / (maker + ".umvis"), picture = folder / (maker + ".exr");
+            const Outcome baked = run("umbriel", {"bake", folder / "fold.obj", "--mapping", mapping, "--maker", maker, "--size",
+                                                  "16", "--distance", "--json", "--quiet", "--out", maps});
+            ASSERT_EQ(baked.exitCode, 0) << baked.err;
+            EXPECT_EQ(json::parse(baked.out)["servers"], maker == "gl" ? 1 : 0);
+            ASSERT_EQ(run("umbriel", {"bake", "export", maps, "--out", picture}).exitCode, 0);
+            auto read = readExr(picture);
+            ASSERT_TRUE(read);
+            pictures.push_back(std::move(*read));
+        }
+        EXPECT_EQ(pictures[1].texts["umvisMaker"], "2");
+        EXPECT_TRUE(pictures[1].texts["umvisClass"].starts_with("gl ")) << pictures[1].texts["umvisClass"];
+        int blocked = 0, differing = 0, all = 0;
+        for (int y = 0; y < pictures[0].height(); ++y) {
+            for (int x = 0; x < pictures[0].width(); ++x) {
+                if (pictures[0].rgba.pixel(x, y)[3] == 0.0f) continue;
+                ++all;
+                blocked += pictures[0].rgba.pixel(x, y)[0] == 0.0f;
+                differing += pictures[0].rgba.pixel(x, y)[0] != pictures[1].rgba.pixel(x, y)[0];
+            }
+        }
+        EXPECT_GT(blocked, all / 10) << mapping;
+        EXPECT_LT(differing, all / 50) << mapping;  // silhouettes; tests/golden/gl_maker_test.cpp looks at each
+    }
+}
+
 TEST(Bake, WhatThisVersionCannotDoIsRefusedAtOnce) {
     TemporaryFolder folder;
     const std::string out = folder / "maps.umvis";
     const std::vector<std::vector<std::string>> wrong{
-        {"--maker", "gl"},       {"--servers", "nonsense"},
+        {"--maker", "gl", "--shard", "0/2"},       {"--servers", "nonsense"},
         {"--local", "0"},        {"--mapping", "sphere"},
         {"--size", "7"},         {"--mapping", "singleplane"},
         {"--fovy", "90"},        {"--far", "0"},

@@ -47,13 +47,10 @@ TEST(CheckCommand, CountsWhatIsWrong) {
     EXPECT_EQ(whole["findings"].size(), 11u);
 }
 
-// What an OBJ importer splits at seams is no fault of the file.
-TEST(CheckCommand, VerticesSplitByTheImporterAreOne) {
+TEST(CheckCommand, PolygonsAreCounted) {
     MeshInput input = twoTriangles();
-    input.splitByImporter = true;
-    const json whole = check(input)["whole"];
-    EXPECT_EQ(whole["vertices"], 4);
-    EXPECT_EQ(findingOf(whole, "duplicate-vertices")["count"], 0);
+    input.polygons = 7;
+    EXPECT_EQ(findingOf(check(input)["whole"], "polygons")["count"], 7);
 }
 
 TEST(CheckCommand, EachGeometryAndAllTogether) {

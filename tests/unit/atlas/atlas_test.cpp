@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -139,6 +141,47 @@ TEST(Atlas, WrongRequestsAreRefused) {
         EXPECT_FALSE(importAtlas(damaged, b.mesh)) << key;
     }
     EXPECT_FALSE(importAtlas({makeRgbaImage(4, 4), {}, {}, {}}, b.mesh));
+}
+
+// Another program, or a lossy compression, must not become maps that nobody baked.
+TEST(Atlas, ChangedValuesAreRefused) {
+    const Baked b = bake({MappingKind::HemiSphere, 8}, kAllContents, test::cloth(20, 10));
+    const LayeredImage picture = *exportAtlas(b.file);
+    ASSERT_TRUE(importAtlas(picture, b.mesh));
+    const auto refused = [&](auto change) {
+        LayeredImage changed = picture;
+        change(changed);
+        const auto maps = importAtlas(changed, b.mesh);
+        return !maps && maps.error().kind == Error::Kind::BadInput;
+    };
+    const auto layer = [](LayeredImage& p, const char* name) -> FloatImage& {
+        for (auto& l : p.layers)
+            if (l.name == name) return std::get<FloatImage>(l.image);
+        std::abort();
+    };
+    EXPECT_TRUE(refused([](LayeredImage& p) { p.rgba.pixel(5, 3)[0] = 0.75f; }));
+    EXPECT_TRUE(refused([](LayeredImage& p) { p.rgba.pixel(5, 3)[0] = std::nanf(""); }));
+    EXPECT_TRUE(refused([&](LayeredImage& p) { layer(p, "distance").at(2, 2, 0) += 1e-6f; }));
+    EXPECT_TRUE(refused([&](LayeredImage& p) { layer(p, "distance").at(2, 2, 0) = std::nanf(""); }));
+    EXPECT_TRUE(refused([&](LayeredImage& p) { layer(p, "hit").at(2, 2, 0) = 1e30f; }));
+    for (const std::uint32_t texel : {64u * 32u, 65536u, ~0u}) {
+        EXPECT_TRUE(refused([&](LayeredImage& p) {
+            for (auto& l : p.layers)
+                if (auto* ids = std::get_if<UintImage>(&l.image)) ids->at(1, 1, 0) = texel;
+        })) << texel;
+    }
+    EXPECT_TRUE(refused([](LayeredImage& p) { p.layers.pop_back(); }));
+    EXPECT_TRUE(refused([](LayeredImage& p) { p.texts["umvisEnvironment"] = "65536x65536"; }));
+    EXPECT_TRUE(refused([](LayeredImage& p) { p.texts["umvisMaker"] = "9"; }));
+    EXPECT_TRUE(refused([](LayeredImage& p) { p.texts["umvisGuard"] = "9"; }));
+    EXPECT_TRUE(refused([](LayeredImage& p) { p.texts["umvisFar"] = "-1"; }));
+    EXPECT_TRUE(refused([](LayeredImage& p) { p.texts["umvisClass"] = std::string(64, 'x'); }));
+    AtlasOptions grey;
+    grey.showDistance = true;
+    EXPECT_FALSE(importAtlas(*exportAtlas(b.file, grey), b.mesh));
+    AtlasOptions two;
+    two.rows = {3, 4};
+    EXPECT_FALSE(importAtlas(*exportAtlas(b.file, two), b.mesh));
 }
 
 }  // namespace

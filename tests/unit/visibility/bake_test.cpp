@@ -125,9 +125,10 @@ TEST(Bake, ImpossibleSettingsAreRefused) {
     EXPECT_FALSE(check(s));  // no environment
     s = settings();
     s.maker = MapMaker::Gl;
+    EXPECT_FALSE(Baker::create(cloth(), s));
+    s.guard = trace::Guard::Fast;
     EXPECT_FALSE(check(s));
     s.maker = MapMaker::Grid;
-    s.guard = trace::Guard::Fast;
     EXPECT_FALSE(check(s));
     s = settings();
     const auto baker = Baker::create(cloth(), s);
