@@ -256,8 +256,8 @@ class ConnectedCluster final : public Cluster {
         if (_policy == FailurePolicy::Wait && finished.mismatch) {
             if (auto done = drain(); !done) return done.error();
             if (scene) return differing(*finished.mismatch, *scene);
-            return failure(fmt::format("frame {}: the state of server '{}' differs", finished.number,
-                                       _names[*finished.mismatch]));
+            return failure(
+                fmt::format("frame {}: the state of server '{}' differs", finished.number, _names[*finished.mismatch]));
         }
         bool anyConnected = finished.servers.empty();
         for (std::size_t i = 0; i < finished.servers.size(); ++i) {

@@ -215,7 +215,7 @@ struct RenderServer::Implementation {
             if (frame.fromNothing) draw.emptied = emptyScene();
             for (const wire::Bytes& part : frame.changes)
                 if (const auto applied = decoder->apply(part, blobs); !applied) return node.endSession(applied.error().message);
-            draw.changes = incoming.commit();
+            if (!frame.changes.empty()) draw.changes = incoming.commit();
             blobs.trim();
             frames.pop_front();
             incomingBusy = !draw.changes.empty() || !draw.emptied.empty();
@@ -261,9 +261,8 @@ struct RenderServer::Implementation {
             if (options.listening) options.listening(*port);
         }
         std::thread network([this] { pump.run(); });
-        DrawThread drawing(types, renderer, queue, [this](std::uint64_t of, DrawResult result) {
-            answer(of, std::move(result));
-        });
+        DrawThread drawing(types, renderer, queue,
+                           [this](std::uint64_t of, DrawResult result) { answer(of, std::move(result)); });
         drawing.run();
         pump.post([this] {
             leaving = true;
