@@ -102,6 +102,43 @@ Result<void> checkIllumination(const SceneArguments& arguments, StageOptions& st
     return {};
 }
 
+// Servers beside embedded ones: those that are dialled, those that dial.
+Result<void> checkServers(const SceneArguments& arguments, ClusterOptions& cluster) {
+    const bool listens = !arguments.listen.empty();
+    if (arguments.local && (listens || !arguments.servers.empty()))
+        return badInput("--servers and --listen exclude --local: servers that run, or embedded ones");
+    if (listens) {
+        const auto address = parseListen(arguments.listen);
+        if (!address) return address.error();
+        cluster.listenHost = address->host;
+        cluster.listenPort = address->port;
+    }
+    if (!arguments.servers.empty()) {
+        auto servers = parseServers(arguments.servers, listens);
+        if (!servers) return servers.error();
+        cluster.servers = std::move(*servers);
+    }
+    const bool named = std::any_of(cluster.servers.begin(), cluster.servers.end(),
+                                   [](const ServerAddress& server) { return server.host.empty(); });
+    if (arguments.serversExpected) {
+        if (!listens) return badInput("--servers-expected: it says how many servers dial in, --listen says where");
+        if (*arguments.serversExpected < 1 || *arguments.serversExpected > 256)
+            return badInput(fmt::format("--servers-expected {}: expected 1 to 256", *arguments.serversExpected));
+        cluster.servers.resize(cluster.servers.size() + static_cast<std::size_t>(*arguments.serversExpected));
+    } else if (listens && !named) {
+        return badInput("--listen: say who dials in: their names with --servers NAME,..., or --servers-expected N");
+    }
+    // Servers that dial are started by hand, or by a batch system in its own time.
+    const double timeout = arguments.connectTimeout.value_or(listens ? 60.0 : 5.0);
+    if (!(timeout > 0.0 && timeout <= 1e6))
+        return badInput(fmt::format("--connect-timeout {}: expected more than 0 and at most 1000000 seconds", timeout));
+    cluster.connectTimeout = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(timeout));
+    if (arguments.startIncomplete && cluster.policy == FailurePolicy::Wait)
+        return badInput("--start-incomplete: under --policy wait every server is waited for; take strict or degrade");
+    cluster.startIncomplete = arguments.startIncomplete;
+    return {};
+}
+
 nlohmann::json toJson(const FrameReport& report) {
     nlohmann::json servers = nlohmann::json::array();
     for (const ServerReport& server : report.servers)
@@ -193,13 +230,7 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
         return badInput(fmt::format("--latency {}: expected 0 or 1 frame", arguments.latency));
     setup.cluster.latency = arguments.latency;
     setup.cluster.insecureLan = arguments.insecureLan;
-    if (!arguments.servers.empty()) {
-        if (arguments.local)
-            return badInput("--servers and --local exclude each other: servers that run, or embedded ones");
-        auto servers = parseServers(arguments.servers);
-        if (!servers) return servers.error();
-        setup.cluster.servers = std::move(*servers);
-    }
+    if (const auto servers = checkServers(arguments, setup.cluster); !servers) return servers.error();
     const int tileCount = static_cast<int>(setup.tiles.size());
     setup.cluster.local = arguments.local.value_or(std::min(tileCount, kMaxDefaultServers));
     if (setup.cluster.local < 1 || setup.cluster.local > 256)

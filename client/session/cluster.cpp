@@ -71,19 +71,24 @@ class ConnectedCluster final : public Cluster {
           _policy(options.policy),
           _addresses(addressesOf(options)),
           _client(std::move(options), SteadyClock().now()),
-          _pump(_client, insecureLan) {
-        _network = std::thread([this] { _pump.run(); });
-    }
+          _pump(_client, insecureLan) {}
 
     ~ConnectedCluster() override {
         _pump.enter([this] { _client.leave("the client has finished"); });
-        _pump.wait([this] { return !_client.hasConnections(); }, std::chrono::seconds(2));
+        if (_network.joinable()) _pump.wait([this] { return !_client.hasConnections(); }, std::chrono::seconds(2));
         _pump.stop();
-        _network.join();
+        if (_network.joinable()) _network.join();
         for (ServerProcess& process : _processes) process.letGo();
     }
 
-    Result<void> connect() {
+    Result<void> connect(const ClusterOptions& options) {
+        if (!options.listenHost.empty()) {
+            const auto port = _pump.listen(options.listenHost, options.listenPort);
+            if (!port) return port.error();
+            // Nothing happens before they are started: that is worth more than an info.
+            log::warning(fmt::format("waiting for servers at {}:{}", options.listenHost, *port));
+        }
+        _network = std::thread([this] { _pump.run(); });
         if (auto done = request([] {}, "connecting"); !done) return done;
         announce();
         _pump.enter([this] { describe(); });
@@ -231,7 +236,9 @@ class ConnectedCluster final : public Cluster {
     static std::vector<std::string> addressesOf(const protocol::ClusterClientOptions& options) {
         std::vector<std::string> addresses;
         for (const protocol::RemoteServer& server : options.servers)
-            addresses.push_back(server.name.empty() ? fmt::format("{}:{}", server.host, server.port) : server.name);
+            addresses.push_back(!server.name.empty()  ? server.name
+                                : server.host.empty() ? fmt::format("server {}", addresses.size() + 1)
+                                                      : fmt::format("{}:{}", server.host, server.port));
         return addresses;
     }
 
@@ -463,7 +470,7 @@ Result<std::unique_ptr<Cluster>> Cluster::connect(const ClusterOptions& options,
     client.wall = dealt.wall;
     for (std::size_t i = 0; i < client.servers.size(); ++i) client.servers[i].tiles = std::move(dealt.tiles[i]);
     auto cluster = std::make_unique<ConnectedCluster>(std::move(client), std::move(processes), options.insecureLan);
-    if (const auto connected = cluster->connect(); !connected) return connected.error();
+    if (const auto connected = cluster->connect(options); !connected) return connected.error();
     return std::unique_ptr<Cluster>(std::move(cluster));
 }
 

@@ -23,13 +23,15 @@ using protocol::FailurePolicy;
 // Where a server listens and, if given, what it must call itself ("left=render1:7420").
 struct ServerAddress {
     std::string name;
-    std::string host;
+    std::string host;  // empty: it dials this client, at ClusterOptions::listenHost
     std::uint16_t port = 0;
 };
 
 struct ClusterOptions {
     std::vector<ServerAddress> servers;  // none: start `local` embedded servers of this machine on loopback
     int local = 1;
+    std::string listenHost;               // not empty: servers without a host dial this client here
+    std::uint16_t listenPort = 0;         // 0: one that is free, which is logged
     bool insecureLan = false;             // allow plain TCP beyond loopback
     std::filesystem::path serverProgram;  // umbriel-server; empty: beside this program
     Duration connectTimeout = std::chrono::seconds(5);

@@ -49,6 +49,8 @@ std::string ClusterClient::textOf(std::size_t index) const {
     const Server& server = _servers[index];
     std::string name = server.remote.name;
     if (const wire::Hello* hello = serverHello(index)) name = hello->name;
+    if (name.empty()) name = server.knownName;
+    if (name.empty() && server.remote.host.empty()) return fmt::format("server {} of {}", index + 1, _servers.size());
     std::string text = name.empty() ? "server" : fmt::format("server '{}'", name);
     if (!server.remote.host.empty()) text += fmt::format(" at {}:{}", server.remote.host, server.remote.port);
     return text;
@@ -71,6 +73,8 @@ void ClusterClient::opened(ConnectionId connection, std::uint64_t dialTag, TimeP
         hello.epoch = session.epoch;
         if (_phase != Phase::Connecting) linkOptions.handshakeTimeout = _options.rejoinHandshake;
         (bulk ? session.bulk : session.control) = connection;
+    } else {
+        hello.epoch = _options.epoch + _accepted++;
     }
     adopt(connection, linkOptions, std::move(hello), dialTag, now);
 }
@@ -243,30 +247,53 @@ void ClusterClient::greeted(ConnectionId connection, Peer& peer, TimePoint) {
     const bool dialledUs = peer.tag == 0;
     Place place;
     if (dialledUs) {
-        // A bulk connection shows our token, a control connection the name of a server we wait for.
-        place.bulk = hello.channel == wire::Channel::Bulk;
-        const bool ours = !place.bulk || (hello.token == _options.token && hello.epoch == _options.epoch);
-        const auto found = std::find_if(_servers.begin(), _servers.end(), [&](const Server& server) {
-            const Session& session = server.session;
-            return server.remote.host.empty() &&
-                   (place.bulk ? session.controlOpen && session.bulk == 0 : session.control == 0) &&
-                   (server.remote.name.empty() || server.remote.name == hello.name);
-        });
-        if (!ours || found == _servers.end())
-            return peer.link.refuse(fmt::format("client '{}' does not wait for a server '{}'", mine.name, hello.name));
-        place.server = static_cast<std::size_t>(found - _servers.begin());
+        const auto found = placeFor(hello);
+        if (!found) return peer.link.refuse(found.error().message);
+        place = *found;
     } else {
         place = placeOf(peer.tag);
         mine.wantedName = _servers[place.server].remote.name;
     }
     if (const std::string reason = handshakeObjection(mine, hello); !reason.empty()) return peer.link.refuse(reason);
-    Session& session = _servers[place.server].session;
+    Server& server = _servers[place.server];
+    Session& session = server.session;
+    server.knownName = hello.name;
     if (dialledUs) {
         peer.tag = tagOf(place);
         (place.bulk ? session.bulk : session.control) = connection;
-        session.epoch = _options.epoch;
+        if (!place.bulk) session.epoch = peer.link.ownHello().epoch;
     }
     peer.link.accept(session.epoch);
+}
+
+Result<ClusterClient::Place> ClusterClient::placeFor(const wire::Hello& hello) const {
+    const std::string& name = _options.identity.name;
+    if (hello.channel == wire::Channel::Bulk) {
+        // It shows our token and its session's epoch.
+        for (std::size_t i = 0; i < _servers.size(); ++i) {
+            const Session& session = _servers[i].session;
+            if (_servers[i].remote.host.empty() && session.controlOpen && session.bulk == 0 &&
+                hello.token == _options.token && hello.epoch == session.epoch && hello.name == _servers[i].knownName)
+                return Place{i, true};
+        }
+        return failure(fmt::format("client '{}' has no session that this bulk connection belongs to", name));
+    }
+    // Its own place, or the one it had, before one that anybody may take.
+    std::optional<Place> free;
+    for (std::size_t i = 0; i < _servers.size(); ++i) {
+        const Server& server = _servers[i];
+        if (!server.remote.host.empty()) continue;
+        const bool taken = server.session.control != 0;
+        if (hello.name == (server.remote.name.empty() ? server.knownName : server.remote.name)) {
+            if (taken) return failure(fmt::format("client '{}' has a server '{}' already", name, hello.name));
+            return Place{i, false};
+        }
+        if (!taken && server.remote.name.empty() && (!free || server.knownName.empty())) {
+            if (!free || !_servers[free->server].knownName.empty()) free = Place{i, false};
+        }
+    }
+    if (free) return *free;
+    return failure(fmt::format("client '{}' does not wait for a server '{}'", name, hello.name));
 }
 
 void ClusterClient::linkOpen(ConnectionId connection, Peer& peer, TimePoint) {

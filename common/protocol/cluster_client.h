@@ -22,7 +22,7 @@ namespace umbriel::protocol {
 
 struct RemoteServer {
     std::string name;  // what it must call itself; empty: whatever it does
-    std::string host;  // empty: it dials us
+    std::string host;  // empty: it dials us, again and again until it is welcome
     std::uint16_t port = 0;
     std::vector<TileAssignment> tiles;
 };
@@ -212,6 +212,7 @@ class ClusterClient final : public LinkedEndpoint {
         RemoteServer remote;
         Session session;
         std::uint32_t sessions = 0;  // dialled so far
+        std::string knownName;       // what it called itself last
         bool dialling = false;       // a control connection
         std::string lastFailure;     // of dialling
         std::optional<TimePoint> redialAt;
@@ -258,6 +259,8 @@ class ClusterClient final : public LinkedEndpoint {
                  TimePoint now) override;
     void linkClosed(ConnectionId connection, Peer& peer, const std::string& reason, TimePoint now) override;
     void handled(TimePoint now) override { progress(now); }
+    // For one that dialled us: whose place it takes, or why it has none.
+    Result<Place> placeFor(const wire::Hello& hello) const;
     void connectingTimedOut();
     void dialServer(std::size_t server, bool bulk);
     // The session is over: an error of the whole under Wait and while connecting, else the server is reached again.
@@ -305,6 +308,8 @@ class ClusterClient final : public LinkedEndpoint {
     std::optional<Error> _error;
     Phase _phase = Phase::Connecting;
     TimePoint _phaseStart;
+    std::uint32_t _accepted =
+        0;  // connections of servers that dial us: each would be a newer session than those before
     std::deque<Running> _running;
     std::deque<Finished> _finished;
     bool _finishing = false;

@@ -85,6 +85,7 @@ class Link {
     // Whoever dialled knows what the connection is for; the other side's hello says control.
     bool isBulk() const;
     const std::optional<wire::Hello>& peerHello() const { return _peerHello; }
+    const wire::Hello& ownHello() const { return _mine; }
     // "server 'left'" or "an unknown peer".
     std::string peerText() const;
     SendQueue& output() { return _output; }

@@ -67,6 +67,7 @@ struct RenderServer::Implementation {
     };
     std::deque<WaitingJob> waitingJobs;  // for blobs
     std::unique_ptr<JobQueue> jobs;  // posts to the pump until it is gone
+    std::optional<Error> error;      // why it makes no sense to go on
     bool leaving = false;
     std::promise<void> left;     // when the last connection is closed
 
@@ -109,6 +110,11 @@ struct RenderServer::Implementation {
         jobs->cancelAll();
         jobs->takeEvents();  // nobody is there to hear of them
         if (options.once && !node.hasSession()) queue.push({session, draw_task::Stop{}});
+    }
+    void handle(event::ClientUnreachable& unreachable) {
+        if (unreachable.reason.kind != Error::Kind::BadInput) return log::warning(unreachable.reason.message);
+        error = std::move(unreachable.reason);
+        queue.push({session, draw_task::Stop{}});
     }
     void handle(event::Assigned& assigned) { push(draw_task::Assign{std::move(assigned.tiles)}); }
     void handle(event::FrameRequested& frame) { frames.push_back(std::move(frame)); }
@@ -271,6 +277,7 @@ struct RenderServer::Implementation {
         left.get_future().wait_for(std::chrono::seconds(2));  // last words need a moment to be written
         pump.stop();
         network.join();
+        if (error) return *error;
         return {};
     }
 };
