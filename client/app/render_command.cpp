@@ -155,6 +155,15 @@ nlohmann::json toJson(const FrameReport& report) {
             {"rejoined", report.rejoined}};
 }
 
+nlohmann::json toJson(const protocol::SwapSkew::Summary& skew) {
+    const auto microseconds = [](Duration duration) { return static_cast<double>(duration.count()) / 1000.0; };
+    return {{"frames", skew.frames},
+            {"median_us", microseconds(skew.median)},
+            {"p99_us", microseconds(skew.p99)},
+            {"max_us", microseconds(skew.most)},
+            {"error_us", microseconds(skew.bound)}};
+}
+
 }  // namespace
 
 int exitCodeOf(const Error& error) {
@@ -386,11 +395,17 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
         if (!arguments.json)
             for (const std::string& plan : *plans) out << plan << '\n';
     }
+    const protocol::SwapSkew::Summary skew = (*cluster)->swapSkew();
+    if (skew.frames > 0)
+        log::info(fmt::format("swap skew of {} frames: median {:.0f}, p99 {:.0f}, max {:.0f} us, each within {:.0f} us",
+                              skew.frames, toMilliseconds(skew.median) * 1e3, toMilliseconds(skew.p99) * 1e3,
+                              toMilliseconds(skew.most) * 1e3, toMilliseconds(skew.bound) * 1e3));
     if (arguments.json) {
         out << nlohmann::json({{"scene", arguments.scene.scene},
                                {"size", {setup->wall.width, setup->wall.height}},
                                {"tiles", setup->tiles.size()},
                                {"frames", frames},
+                               {"swap_skew", toJson(skew)},
                                {"files", written},
                                {"warnings", (*loaded)->warnings}})
                    .dump(2)

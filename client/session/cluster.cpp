@@ -26,6 +26,7 @@ namespace {
 constexpr std::size_t kPartBytes = 128 * 1024;
 // Embedded servers start a driver each; on a busy machine dozens of them take a while.
 constexpr auto kEmbeddedStart = std::chrono::seconds(60);
+constexpr auto kClockPatience = std::chrono::milliseconds(250);
 constexpr auto kStillWaiting = std::chrono::seconds(5);
 
 std::filesystem::path programBeside() {
@@ -153,6 +154,15 @@ class ConnectedCluster final : public Cluster {
         if (auto done = request([&] { _client.beginExplain(); }, "the frame plan"); !done) return done.error();
         _pump.enter([&] { texts = _client.takeExplanations(); });
         return texts;
+    }
+
+    protocol::SwapSkew::Summary swapSkew() override {
+        _pump.enter([this] { _client.askForClocks(SteadyClock().now()); });
+        // Without the last answers it knows less, that is all.
+        _pump.wait([this] { return !_client.waitsForClocks(); }, kClockPatience);
+        protocol::SwapSkew::Summary summary;
+        _pump.enter([&] { summary = _client.swapSkew(); });
+        return summary;
     }
 
     std::vector<std::string> serverDescriptions() const override { return _descriptions; }
@@ -435,6 +445,7 @@ Result<std::unique_ptr<Cluster>> Cluster::connect(const ClusterOptions& options,
     client.identity.name = clientName();
     client.identity.build = UMBRIEL_VERSION;
     client.identity.typeSignature = types.signature();
+    client.identity.needs = wire::kReturnsPixels;
     client.connectTimeout = options.connectTimeout;
     client.frameTimeout = options.frameTimeout;
     client.policy = options.policy;

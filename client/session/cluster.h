@@ -12,6 +12,7 @@
 #include "common/base/result.h"
 #include "common/protocol/failure_policy.h"
 #include "common/protocol/job_port.h"
+#include "common/protocol/swap_skew.h"
 #include "common/scene/aspect.h"
 #include "common/wall/tile_pixels.h"
 #include "common/wall/view.h"
@@ -102,6 +103,9 @@ class Cluster {
 
     // Jobs on the same servers, beside frames: to be used from one thread, which need not be the one that draws.
     virtual protocol::JobPort& jobs() = 0;
+
+    // How far apart the servers have shown the frames they were told to show together.
+    virtual protocol::SwapSkew::Summary swapSkew() = 0;
 
     // Facts that servers stated at the handshake, one line each: name, GL renderer and version, limits.
     virtual std::vector<std::string> serverDescriptions() const = 0;

@@ -13,6 +13,8 @@ using wire::MessageType;
 
 namespace {
 
+// Exchanges of clocks at a session's beginning, one after the other.
+constexpr std::size_t kFirstExchanges = 8;
 // Incidents kept for a caller that does not ask.
 constexpr std::size_t kMaxIncidents = 256;
 
@@ -246,15 +248,16 @@ void ClusterClient::greeted(ConnectionId connection, Peer& peer, TimePoint) {
     wire::Hello mine = _options.identity;
     const bool dialledUs = peer.tag == 0;
     Place place;
-    if (dialledUs) {
-        const auto found = placeFor(hello);
-        if (!found) return peer.link.refuse(found.error().message);
-        place = *found;
-    } else {
+    if (!dialledUs) {
         place = placeOf(peer.tag);
         mine.wantedName = _servers[place.server].remote.name;
     }
     if (const std::string reason = handshakeObjection(mine, hello); !reason.empty()) return peer.link.refuse(reason);
+    if (dialledUs) {
+        const auto found = placeFor(hello);
+        if (!found) return peer.link.refuse(found.error().message);
+        place = *found;
+    }
     Server& server = _servers[place.server];
     Session& session = server.session;
     server.knownName = hello.name;
@@ -296,7 +299,7 @@ Result<ClusterClient::Place> ClusterClient::placeFor(const wire::Hello& hello) c
     return failure(fmt::format("client '{}' does not wait for a server '{}'", name, hello.name));
 }
 
-void ClusterClient::linkOpen(ConnectionId connection, Peer& peer, TimePoint) {
+void ClusterClient::linkOpen(ConnectionId connection, Peer& peer, TimePoint now) {
     const auto [index, bulk] = placeOf(peer.tag);
     Server& server = _servers[index];
     Session& session = server.session;
@@ -307,6 +310,7 @@ void ClusterClient::linkOpen(ConnectionId connection, Peer& peer, TimePoint) {
         session.controlOpen = true;
         UMBRIEL_ASSERT(session.control == connection, "an open control connection belongs to its server");
         peer.link.send(wire::Assign{_options.wall, server.remote.tiles});
+        peer.link.ask(now);
         if (!server.remote.host.empty()) dialServer(index, true);
     }
     if (session.connected()) sessionBegun(index);
@@ -315,6 +319,33 @@ void ClusterClient::linkOpen(ConnectionId connection, Peer& peer, TimePoint) {
         return;
     _phase = Phase::Idle;
     for (Server& one : _servers) one.session.waitedFor = true;
+}
+
+void ClusterClient::heartbeat(std::size_t index, const wire::Heartbeat& heartbeat, TimePoint now) {
+    Session& session = _servers[index].session;
+    if (heartbeat.echo) {
+        session.asked = false;
+        session.clock.add({TimePoint(Duration(heartbeat.echo->sent)), TimePoint(Duration(heartbeat.echo->received)),
+                           TimePoint(Duration(heartbeat.sent)), now});
+        // The first ones quickly: the shortest way of several is what counts.
+        if (session.clock.count() < kFirstExchanges)
+            if (Link* control = link(session.control)) control->ask(now);
+    }
+    for (const wire::Heartbeat::Swap& swap : heartbeat.swaps)
+        if (const auto time = session.clock.ours(TimePoint(Duration(swap.at)))) _skew.shown(swap.frame, index, *time);
+}
+
+void ClusterClient::askForClocks(TimePoint now) {
+    for (Server& server : _servers) {
+        if (!server.session.connected()) continue;
+        server.session.asked = true;
+        link(server.session.control)->ask(now);
+    }
+}
+
+bool ClusterClient::waitsForClocks() const {
+    return !_error &&
+           std::any_of(_servers.begin(), _servers.end(), [](const Server& server) { return server.session.asked; });
 }
 
 std::uint64_t ClusterClient::bytesSent(const Server& server) const {

@@ -11,11 +11,13 @@
 
 #include "common/base/result.h"
 #include "common/protocol/bulk_transfer.h"
+#include "common/protocol/clock_estimate.h"
 #include "common/protocol/endpoint.h"
 #include "common/protocol/frame_history.h"
 #include "common/protocol/frame_pacing.h"
 #include "common/protocol/job_port.h"
 #include "common/protocol/linked_endpoint.h"
+#include "common/protocol/swap_skew.h"
 #include "common/wire/messages.h"
 
 namespace umbriel::protocol {
@@ -162,6 +164,11 @@ class ClusterClient final : public LinkedEndpoint {
     std::vector<JobNews> takeJobNews() { return std::exchange(_jobNews, {}); }
     bool hasJobNews() const { return !_jobNews.empty(); }
 
+    // Asks every server for its time and for what it has shown; they answer within a round trip, or are lost.
+    void askForClocks(TimePoint now);
+    bool waitsForClocks() const;
+    SwapSkew::Summary swapSkew() const { return _skew.summary(); }
+
     // Null while it is not connected.
     const wire::Hello* serverHello(std::size_t server) const;
     std::size_t serverCount() const { return _servers.size(); }
@@ -206,6 +213,8 @@ class ClusterClient final : public LinkedEndpoint {
         BulkSender sender;
         std::unique_ptr<BlobReceiver> results = std::make_unique<BlobReceiver>();  // of jobs
         std::uint32_t number = 0;  // JobPeer::session, once connected
+        ClockEstimate clock;
+        bool asked = false;  // for its time, and has not answered
         bool connected() const { return controlOpen && bulkOpen; }
     };
     struct Server {
@@ -300,6 +309,9 @@ class ClusterClient final : public LinkedEndpoint {
     // With so many of those that are waited for done: sets the running frame's deadline, says whether it is over.
     bool isDue(Running& running, std::size_t done, std::size_t of, TimePoint now);
     std::optional<TimePoint> dueAt() const;
+    // Why the server does not take these changes; empty when it does.
+    std::string beyondLimits(std::size_t server, const FrameHistory::Frames& changes) const;
+    void heartbeat(std::size_t server, const wire::Heartbeat& heartbeat, TimePoint now);
     std::optional<Duration> allowanceOf(const Running& running) const;
     void becameLate(std::size_t server, std::uint64_t frame);
 
@@ -316,6 +328,7 @@ class ClusterClient final : public LinkedEndpoint {
     std::uint64_t _lastSwapped = 0;
     FrameHistory _history;
     FramePacing _pacing;
+    SwapSkew _skew;
     std::vector<ServerIncident> _incidents;
     std::uint64_t _random;
     wire::DigestReply _digests;

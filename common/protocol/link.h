@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -73,6 +74,11 @@ class Link {
     bool sendPieces(wire::MessageType type, std::span<const std::byte> head, const std::shared_ptr<const void>& owner,
                     std::span<const std::span<const std::byte>> pieces);
 
+    // A heartbeat that asks for the peer's time. The answer comes as a message.
+    void ask(TimePoint now) { sendHeartbeat(now, true, {}); }
+    // Travels with the next heartbeats; when there are too many, the newest.
+    void reportSwap(std::uint64_t frame, TimePoint at);
+
     // Says goodbye; the owner lets the queue drain and closes the connection.
     void close(std::string_view reason);
     // The connection is gone.
@@ -107,6 +113,7 @@ class Link {
     std::span<const std::byte> unread() const;
     // Makes that piece so long. False when so much has not come; all that has is in it then.
     bool join(std::size_t bytes);
+    void sendHeartbeat(TimePoint now, bool wantsAnswer, std::optional<wire::Heartbeat::Echo> echo);
     void finish(std::string reason);
     LinkEvent violation(std::string_view what);
     LinkEvent handle(wire::MessageType type, std::span<const std::byte> payload);
@@ -115,6 +122,7 @@ class Link {
     wire::Hello _mine;
     std::optional<wire::Hello> _peerHello;
     SendQueue _output;
+    std::deque<wire::Heartbeat::Swap> _swaps;
     wire::Bytes _scratch;  // of the message that is encoded
     wire::Bytes _input;                  // the beginning of a message whose rest was not there yet
     std::size_t _inputUsed = 0;          // 0, or all of it

@@ -216,6 +216,8 @@ Result<void> ServerNode::obey(MessageType type, std::span<const std::byte> paylo
             _events.push_back(JobCancelled{cancel->job, cancel->attempt});
             return {};
         }
+        case MessageType::Heartbeat:
+            return {};  // the client's clock and screen are nothing to us
         default:
             return failure(fmt::format("a {} message is not for a server", wire::ruleOf(type).name));
     }
@@ -255,7 +257,7 @@ Result<void> ServerNode::frame(std::span<const std::byte> payload) {
 Result<void> ServerNode::addChanges(std::span<const std::byte> part) {
     // An empty part costs memory, too.
     _session->changeBytes += part.size() + sizeof(wire::Bytes);
-    if (_session->changeBytes > wire::kMaxChangeBytes) return failure("a change list is too long");
+    if (_session->changeBytes > _options.identity.maxChangeBytes) return failure("a change list is too long");
     _session->changes.emplace_back(part.begin(), part.end());
     return {};
 }
@@ -281,6 +283,10 @@ void ServerNode::sendReady(std::uint64_t frame, wire::Ready ready) {
     if (_session->shown.size() > kMaxFramesUnderWay) _session->shown.pop_front();
     ready.frame = static_cast<std::uint16_t>(frame);
     send(ready);
+}
+
+void ServerNode::reportSwap(std::uint64_t frame, TimePoint at) {
+    if (Link* link = control()) link->reportSwap(frame, at);
 }
 
 void ServerNode::sendFailed(std::uint64_t frame, const std::string& text) {

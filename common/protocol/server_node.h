@@ -102,6 +102,8 @@ class ServerNode final : public LinkedEndpoint {
 
     // Answers; without a session they do nothing. frame is the number that was requested.
     void sendReady(std::uint64_t frame, wire::Ready ready);
+    // The frame that was to be swapped is on the screen since then.
+    void reportSwap(std::uint64_t frame, TimePoint at);
     void sendFailed(std::uint64_t frame, const std::string& text);
     // Blobs arrive as events. What is on its way already is not asked for again.
     void wantBlobs(const std::vector<wire::BlobRef>& blobs);

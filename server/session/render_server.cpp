@@ -33,6 +33,9 @@ protocol::ServerNodeOptions nodeOptions(const RenderServerOptions& options, cons
     node.identity.glRenderer = options.glRenderer.substr(0, wire::Hello::kMaxText);
     node.identity.glVersion = options.glVersion.substr(0, wire::Hello::kMaxText);
     node.identity.cpu = options.cpu.substr(0, wire::Hello::kMaxText);
+    node.identity.capabilities = wire::kReturnsPixels | wire::kReportsSwaps;
+    if (!options.jobs.empty()) node.identity.capabilities |= wire::kWorksOnJobs;
+    node.identity.maxBlobBytes = std::min(wire::kMaxBlobBytes, options.blobBudgetBytes);
     node.dialHost = options.dialHost;
     node.dialPort = options.dialPort;
     return node;
@@ -254,6 +257,8 @@ struct RenderServer::Implementation {
         }
         if (ofSession != session || !inSession) return;
         if (auto* ready = std::get_if<draw_result::Ready>(&result)) node.sendReady(ready->frame, ready->ready);
+        else if (auto* shown = std::get_if<draw_result::Shown>(&result))
+            node.reportSwap(shown->frame, shown->at);
         else if (auto* failed = std::get_if<draw_result::Failed>(&result)) node.sendFailed(failed->frame, failed->text);
         else if (auto* tiles = std::get_if<draw_result::Tiles>(&result)) node.sendTiles(tiles->frame, std::move(tiles->tiles));
         else if (auto* digests = std::get_if<draw_result::Digests>(&result)) node.sendDigests(digests->reply);
