@@ -150,9 +150,10 @@ nlohmann::json toJson(const FrameReport& report) {
                            {"triangles", server.triangles},
                            {"shadow_triangles", server.shadowTriangles},
                            {"digest", toHex(server.digest)}});
-    return {{"frame", report.frame},      {"entries", report.entries}, {"change_bytes", report.changeBytes},
-            {"servers", servers},         {"late", report.late},       {"lost", report.lost},
-            {"rejoined", report.rejoined}};
+    return {{"frame", report.frame},     {"milliseconds", report.milliseconds},
+            {"entries", report.entries}, {"change_bytes", report.changeBytes},
+            {"servers", servers},        {"late", report.late},
+            {"lost", report.lost},       {"rejoined", report.rejoined}};
 }
 
 nlohmann::json toJson(const protocol::SwapSkew::Summary& skew) {

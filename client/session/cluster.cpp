@@ -276,6 +276,7 @@ class ConnectedCluster final : public Cluster {
             return failure(
                 fmt::format("frame {}: the state of server '{}' differs", finished.number, _names[*finished.mismatch]));
         }
+        report.milliseconds = toMilliseconds(finished.took);
         bool anyConnected = finished.servers.empty();
         for (std::size_t i = 0; i < finished.servers.size(); ++i) {
             protocol::ServerOutcome& outcome = finished.servers[i];

@@ -63,6 +63,7 @@ struct ServerReport {
 
 struct FrameReport {
     std::uint64_t frame = 0;
+    double milliseconds = 0.0;      // from its request to its swap, pixels included when they were asked for
     std::size_t entries = 0;        // of the change list
     std::uint64_t changeBytes = 0;  // encoded, without blobs
     std::vector<ServerReport> servers;

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,12 +55,12 @@ class SocketLoop {
         TimePoint closeAt = TimePoint::max();
     };
 
-    void serve(std::span<const std::pair<Id, std::uint32_t>> ready);
+    void serve(std::span<const std::pair<Id, std::uint32_t>> ready, std::optional<TimePoint> listenedUntil);
     void read(Id id, bool ended);
     void write(Id id);
     void setBlocked(Id id, Connection& connection, bool blocked);
     void close(Id id, const std::string& reason);
-    void reached();
+    void reached(TimePoint time);
     bool collectActions();
     bool carryOut();
     // Whether some thread's wait is over.

@@ -137,6 +137,7 @@ class ClusterClient final : public LinkedEndpoint {
     // A frame that is over.
     struct Finished {
         std::uint64_t number = 0;
+        Duration took{};                      // from its request until it was over
         std::vector<ServerOutcome> servers;   // in the order of the options
         std::optional<std::size_t> mismatch;  // the first server whose digest differs; under Wait nobody showed it then
     };

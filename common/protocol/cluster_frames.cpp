@@ -392,10 +392,11 @@ bool ClusterClient::tilesOver(Running& running, TimePoint now) {
     return true;
 }
 
-void ClusterClient::finishFrame(Running& running, TimePoint) {
+void ClusterClient::finishFrame(Running& running, TimePoint now) {
     Finished& finished = _finished.emplace_back();
     finished.number = running.frame.number;
     finished.mismatch = running.mismatch;
+    finished.took = now - running.start;
     for (std::size_t i = 0; i < _servers.size(); ++i) {
         Server& server = _servers[i];
         ServerOutcome& outcome = finished.servers.emplace_back(std::move(running.parts[i].outcome));

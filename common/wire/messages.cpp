@@ -16,11 +16,10 @@ constexpr std::int32_t kMaxPixels = 1 << 24;
 constexpr bool kYes = true, kNo = false;
 //                                          limit             client server control bulk
 constexpr MessageRule kRules[kMessageTypes] = {
-<<<<<<< HEAD
     {"Hello",        4 * kKiB - kHeaderBytes,     kYes, kYes, kYes, kYes},
     {"Welcome",      0,                           kYes, kYes, kYes, kYes},
     {"Refuse",       1 * kKiB,                    kYes, kYes, kYes, kYes},
-    {"Heartbeat",    0,                           kYes, kYes, kYes, kNo},
+    {"Heartbeat",    18 * Heartbeat::kMaxSwaps + 32, kYes, kYes, kYes, kNo},
     {"Goodbye",      1 * kKiB,                    kYes, kYes, kYes, kYes},
     {"Assign",       64 * kKiB,                   kYes, kNo,  kYes, kNo},
     {"Changes",      kChunkBytes,                 kYes, kNo,  kYes, kNo},
@@ -39,30 +38,6 @@ constexpr MessageRule kRules[kMessageTypes] = {
     {"JobLease",     32,                          kNo,  kYes, kYes, kNo},
     {"JobCancel",    32,                          kYes, kNo,  kYes, kNo},
     {"JobDone",      4 * kKiB + 80,               kNo,  kYes, kYes, kNo},
-=======
-    {"Hello", 4 * kKiB - kHeaderBytes, kYes, kYes, kYes, kYes},
-    {"Welcome", 0, kYes, kYes, kYes, kYes},
-    {"Refuse", 1 * kKiB, kYes, kYes, kYes, kYes},
-    {"Heartbeat", 18 * Heartbeat::kMaxSwaps + 32, kYes, kYes, kYes, kNo},
-    {"Goodbye", 1 * kKiB, kYes, kYes, kYes, kYes},
-    {"Assign", 64 * kKiB, kYes, kNo, kYes, kNo},
-    {"Changes", kChunkBytes, kYes, kNo, kYes, kNo},
-    {"Frame", kMaxViewBytes + kMaxInlineChangeBytes + 64, kYes, kNo, kYes, kNo},
-    {"Ready", 27, kNo, kYes, kYes, kNo},
-    {"Swap", 10, kYes, kNo, kYes, kNo},
-    {"Failed", 4 * kKiB, kNo, kYes, kYes, kNo},
-    {"BlobWanted", 64 * kKiB + 8, kYes, kYes, kYes, kNo},
-    {"BlobData", kChunkBytes + BlobData::kOverhead, kYes, kYes, kNo, kYes},
-    {"TileData", kChunkBytes + 512, kNo, kYes, kNo, kYes},
-    {"DigestQuery", 16, kYes, kNo, kYes, kNo},
-    {"DigestReply", 16 * DigestReply::kMaxEntries + 16, kNo, kYes, kYes, kNo},
-    {"Explain", 0, kYes, kNo, kYes, kNo},
-    {"ExplainReply", (1 << 20) + 8, kNo, kYes, kYes, kNo},
-    {"JobOffer", kChunkBytes + 256, kYes, kNo, kYes, kNo},
-    {"JobLease", 32, kNo, kYes, kYes, kNo},
-    {"JobCancel", 32, kYes, kNo, kYes, kNo},
-    {"JobDone", 4 * kKiB + 64, kNo, kYes, kYes, kNo},
->>>>>>> 7296ce4 (protocol: capabilities and limits are agreed on, swap skew is measured)
 };
 
 void writeHash(Writer& writer, const Hash128& hash) {
@@ -113,17 +88,13 @@ constexpr std::uint64_t kMaxReadyTime = (std::uint64_t{1} << 21) - 1;       // 3
 constexpr std::uint64_t kMaxCostTime = (std::uint64_t{1} << 25) - 1;        // 4 bytes, likewise: 16 cores are busy at once
 constexpr std::uint64_t kMaxCostBytes = (std::uint64_t{1} << 42) - 1;       // 6 bytes
 
-<<<<<<< HEAD
 // Milliseconds in steps of 10 microseconds.
 std::uint64_t inSteps(double milliseconds, std::uint64_t limit) {
     return static_cast<std::uint64_t>(std::clamp(milliseconds * 100.0 + 0.5, 0.0, static_cast<double>(limit)));
 }
 
 enum FrameFlags : std::uint8_t { kWantPixels = 1, kFromNothing = 2, kTime = 4, kViews = 8, kWantCost = 16 };
-=======
 enum HeartbeatFlags : std::uint8_t { kWantsAnswer = 1, kEcho = 2 };
-enum FrameFlags : std::uint8_t { kWantPixels = 1, kFromNothing = 2, kTime = 4, kViews = 8 };
->>>>>>> 7296ce4 (protocol: capabilities and limits are agreed on, swap skew is measured)
 
 }  // namespace
 
@@ -187,9 +158,8 @@ Heartbeat Heartbeat::read(Reader& reader) {
     heartbeat.wantsAnswer = flags & kWantsAnswer;
     heartbeat.sent = static_cast<std::int64_t>(reader.u64());
     if (flags & kEcho) {
-        heartbeat.echo.emplace();
-        heartbeat.echo->sent = static_cast<std::int64_t>(reader.u64());
-        heartbeat.echo->received = static_cast<std::int64_t>(reader.u64());
+        const auto sent = static_cast<std::int64_t>(reader.u64());
+        heartbeat.echo = Echo{sent, static_cast<std::int64_t>(reader.u64())};
     }
     const std::size_t count = reader.count(9, kMaxSwaps);
     heartbeat.swaps.reserve(count);
