@@ -306,27 +306,48 @@ std::vector<std::string> drawnShadowModes() {
     return names;
 }
 
-Result<std::vector<ServerAddress>> parseServers(std::string_view text) {
-    constexpr std::string_view kForm = "HOST:PORT or NAME=HOST:PORT, separated by commas, ports from 1 to 65535";
+namespace {
+
+// HOST:PORT, [IPV6]:PORT
+std::optional<ServerAddress> parseAddress(std::string_view text, bool mayBeZero) {
+    const std::size_t colon = text.rfind(':');
+    if (colon == std::string_view::npos || colon == 0) return std::nullopt;
+    const auto port = toNumber<std::uint16_t>(text.substr(colon + 1));
+    if (!port || (*port == 0 && !mayBeZero)) return std::nullopt;
+    std::string_view host = text.substr(0, colon);
+    if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+    return ServerAddress{{}, std::string(host), *port};
+}
+
+}  // namespace
+
+Result<std::vector<ServerAddress>> parseServers(std::string_view text, bool namesOnly) {
+    constexpr std::string_view kForm =
+        "HOST:PORT or NAME=HOST:PORT, separated by commas, ports from 1 to 65535; with "
+        "--listen also NAME";
     std::vector<ServerAddress> servers;
     for (std::string_view part : split(text, ',')) {
-        ServerAddress server;
+        std::string name;
         if (const std::size_t equals = part.find('='); equals != std::string_view::npos) {
-            server.name = part.substr(0, equals);
+            name = part.substr(0, equals);
             part.remove_prefix(equals + 1);
-            if (server.name.empty()) return expected("--servers", text, kForm);
+            if (name.empty()) return expected("--servers", text, kForm);
+        } else if (namesOnly && !part.empty() && part.find(':') == std::string_view::npos) {
+            servers.push_back({std::string(part), {}, 0});
+            continue;
         }
-        const std::size_t colon = part.rfind(':');
-        if (colon == std::string_view::npos || colon == 0) return expected("--servers", text, kForm);
-        const auto port = toNumber<std::uint16_t>(part.substr(colon + 1));
-        if (!port || *port == 0) return expected("--servers", text, kForm);
-        std::string_view host = part.substr(0, colon);
-        if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-        server.host = host;
-        server.port = *port;
-        servers.push_back(std::move(server));
+        auto server = parseAddress(part, false);
+        if (!server) return expected("--servers", text, kForm);
+        server->name = std::move(name);
+        servers.push_back(std::move(*server));
     }
     return servers;
+}
+
+Result<ServerAddress> parseListen(std::string_view text) {
+    const auto address = parseAddress(text, true);
+    if (!address) return expected("--listen", text, "HOST:PORT, for example 127.0.0.1:7421");
+    return *address;
 }
 
 Result<std::uint32_t> parseLayers(std::string_view text) {

@@ -71,7 +71,10 @@ Result<ShadowMode> parseShadowMode(std::string_view text);
 // The short names of the modes this version draws, in the order of ShadowMode, "none" first.
 std::vector<std::string> drawnShadowModes();
 // "name=host:port,host:port": ports 1 to 65535, [::1]:7420 for IPv6.
-Result<std::vector<ServerAddress>> parseServers(std::string_view text);
+// namesOnly: a NAME without an address is a server that dials this client.
+Result<std::vector<ServerAddress>> parseServers(std::string_view text, bool namesOnly = false);
+// HOST:PORT or [IPV6]:PORT; port 0: one that is free.
+Result<ServerAddress> parseListen(std::string_view text);
 // "depth,position,normal,ids,light", as a mask of Layer; colour is always in.
 Result<std::uint32_t> parseLayers(std::string_view text);
 

@@ -102,6 +102,43 @@ Result<void> checkIllumination(const SceneArguments& arguments, StageOptions& st
     return {};
 }
 
+// Servers beside embedded ones: those that are dialled, those that dial.
+Result<void> checkServers(const SceneArguments& arguments, ClusterOptions& cluster) {
+    const bool listens = !arguments.listen.empty();
+    if (arguments.local && (listens || !arguments.servers.empty()))
+        return badInput("--servers and --listen exclude --local: servers that run, or embedded ones");
+    if (listens) {
+        const auto address = parseListen(arguments.listen);
+        if (!address) return address.error();
+        cluster.listenHost = address->host;
+        cluster.listenPort = address->port;
+    }
+    if (!arguments.servers.empty()) {
+        auto servers = parseServers(arguments.servers, listens);
+        if (!servers) return servers.error();
+        cluster.servers = std::move(*servers);
+    }
+    const bool named = std::any_of(cluster.servers.begin(), cluster.servers.end(),
+                                   [](const ServerAddress& server) { return server.host.empty(); });
+    if (arguments.serversExpected) {
+        if (!listens) return badInput("--servers-expected: it says how many servers dial in, --listen says where");
+        if (*arguments.serversExpected < 1 || *arguments.serversExpected > 256)
+            return badInput(fmt::format("--servers-expected {}: expected 1 to 256", *arguments.serversExpected));
+        cluster.servers.resize(cluster.servers.size() + static_cast<std::size_t>(*arguments.serversExpected));
+    } else if (listens && !named) {
+        return badInput("--listen: say who dials in: their names with --servers NAME,..., or --servers-expected N");
+    }
+    // Servers that dial are started by hand, or by a batch system in its own time.
+    const double timeout = arguments.connectTimeout.value_or(listens ? 60.0 : 5.0);
+    if (!(timeout > 0.0 && timeout <= 1e6))
+        return badInput(fmt::format("--connect-timeout {}: expected more than 0 and at most 1000000 seconds", timeout));
+    cluster.connectTimeout = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(timeout));
+    if (arguments.startIncomplete && cluster.policy == FailurePolicy::Wait)
+        return badInput("--start-incomplete: under --policy wait every server is waited for; take strict or degrade");
+    cluster.startIncomplete = arguments.startIncomplete;
+    return {};
+}
+
 nlohmann::json toJson(const FrameReport& report) {
     nlohmann::json servers = nlohmann::json::array();
     for (const ServerReport& server : report.servers)
@@ -113,9 +150,19 @@ nlohmann::json toJson(const FrameReport& report) {
                            {"triangles", server.triangles},
                            {"shadow_triangles", server.shadowTriangles},
                            {"digest", toHex(server.digest)}});
-    return {{"frame", report.frame},      {"entries", report.entries}, {"change_bytes", report.changeBytes},
-            {"servers", servers},         {"late", report.late},       {"lost", report.lost},
-            {"rejoined", report.rejoined}};
+    return {{"frame", report.frame},     {"milliseconds", report.milliseconds},
+            {"entries", report.entries}, {"change_bytes", report.changeBytes},
+            {"servers", servers},        {"late", report.late},
+            {"lost", report.lost},       {"rejoined", report.rejoined}};
+}
+
+nlohmann::json toJson(const protocol::SwapSkew::Summary& skew) {
+    const auto microseconds = [](Duration duration) { return static_cast<double>(duration.count()) / 1000.0; };
+    return {{"frames", skew.frames},
+            {"median_us", microseconds(skew.median)},
+            {"p99_us", microseconds(skew.p99)},
+            {"max_us", microseconds(skew.most)},
+            {"error_us", microseconds(skew.bound)}};
 }
 
 }  // namespace
@@ -188,13 +235,7 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
         return badInput(fmt::format("--latency {}: expected 0 or 1 frame", arguments.latency));
     setup.cluster.latency = arguments.latency;
     setup.cluster.insecureLan = arguments.insecureLan;
-    if (!arguments.servers.empty()) {
-        if (arguments.local)
-            return badInput("--servers and --local exclude each other: servers that run, or embedded ones");
-        auto servers = parseServers(arguments.servers);
-        if (!servers) return servers.error();
-        setup.cluster.servers = std::move(*servers);
-    }
+    if (const auto servers = checkServers(arguments, setup.cluster); !servers) return servers.error();
     const int tileCount = static_cast<int>(setup.tiles.size());
     setup.cluster.local = arguments.local.value_or(std::min(tileCount, kMaxDefaultServers));
     if (setup.cluster.local < 1 || setup.cluster.local > 256)
@@ -350,11 +391,17 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
         if (!arguments.json)
             for (const std::string& plan : *plans) out << plan << '\n';
     }
+    const protocol::SwapSkew::Summary skew = (*cluster)->swapSkew();
+    if (skew.frames > 0)
+        log::info(fmt::format("swap skew of {} frames: median {:.0f}, p99 {:.0f}, max {:.0f} us, each within {:.0f} us",
+                              skew.frames, toMilliseconds(skew.median) * 1e3, toMilliseconds(skew.p99) * 1e3,
+                              toMilliseconds(skew.most) * 1e3, toMilliseconds(skew.bound) * 1e3));
     if (arguments.json) {
         out << nlohmann::json({{"scene", arguments.scene.scene},
                                {"size", {setup->wall.width, setup->wall.height}},
                                {"tiles", setup->tiles.size()},
                                {"frames", frames},
+                               {"swap_skew", toJson(skew)},
                                {"files", written},
                                {"warnings", (*loaded)->warnings}})
                    .dump(2)

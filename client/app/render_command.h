@@ -39,6 +39,10 @@ struct SceneArguments {
     std::string tiles = "offset";
     std::string policy = "wait";          // view: degrade
     int latency = 0;
+    std::string listen;                    // HOST:PORT where servers dial this client
+    std::optional<int> serversExpected;    // of them, whatever their names
+    std::optional<double> connectTimeout;  // seconds
+    bool startIncomplete = false;
     bool insecureLan = false;
     bool quiet = false;
     std::string logLevel = "warning";

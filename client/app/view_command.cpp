@@ -77,7 +77,9 @@ class CameraControl {
 int runView(const ViewArguments& arguments, const std::filesystem::path& serverProgram) {
     SceneArguments sceneArguments = arguments.scene;
     // One window on this machine: one embedded server unless a wall is asked for.
-    if (!sceneArguments.local && sceneArguments.servers.empty() && sceneArguments.grid == "1x1") sceneArguments.local = 1;
+    if (!sceneArguments.local && sceneArguments.servers.empty() && sceneArguments.listen.empty() &&
+        sceneArguments.grid == "1x1")
+        sceneArguments.local = 1;
     if (!sceneArguments.stereo.empty())
         return exitCodeOf(badInput("--stereo: the window of this version shows one eye; render draws pairs"));
     auto setup = checkSceneArguments(sceneArguments);

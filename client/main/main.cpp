@@ -35,6 +35,15 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
                     "a .gltf, .glb or .obj file, or demo:city, demo:car, demo:cloth, demo:palms, demo:spheres?n=N, demo:torus?n=N")
         ->required();
     command.add_option("--servers", arguments.servers, "servers that run already: HOST:PORT or NAME=HOST:PORT, separated by commas");
+    command.add_option("--listen", arguments.listen,
+                       "HOST:PORT where servers dial this client (umbriel-server --connect); NAMEs among --servers do");
+    command.add_option("--servers-expected", arguments.serversExpected,
+                       "so many servers dial in, whatever their names");
+    command.add_option("--connect-timeout", arguments.connectTimeout,
+                       "seconds until all servers must be there (default: 5; with --listen 60)");
+    command.add_flag(
+        "--start-incomplete", arguments.startIncomplete,
+        "with --policy strict or degrade: start with the servers that are there by then, others join later");
     command.add_option("--local", arguments.local, "start this many servers on this machine (default: one per tile, at most 16)");
     command.add_option("--grid", arguments.grid, "the wall's tiles, COLUMNSxROWS")->capture_default_str();
     command.add_option("--size", arguments.size, "the whole wall in pixels, WIDTHxHEIGHT")->capture_default_str();

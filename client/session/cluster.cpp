@@ -27,6 +27,7 @@ namespace {
 constexpr std::size_t kPartBytes = 128 * 1024;
 // Embedded servers start a driver each; on a busy machine dozens of them take a while.
 constexpr auto kEmbeddedStart = std::chrono::seconds(60);
+constexpr auto kClockPatience = std::chrono::milliseconds(250);
 constexpr auto kStillWaiting = std::chrono::seconds(5);
 // A server whose state differs says in milliseconds where; it draws nothing meanwhile.
 constexpr auto kCompareWithin = std::chrono::seconds(1);
@@ -74,19 +75,24 @@ class ConnectedCluster final : public Cluster {
           _policy(options.policy),
           _addresses(addressesOf(options)),
           _client(std::move(options), SteadyClock().now()),
-          _pump(_client, insecureLan) {
-        _network = std::thread([this] { _pump.run(); });
-    }
+          _pump(_client, insecureLan) {}
 
     ~ConnectedCluster() override {
         _pump.enter([this] { _client.leave("the client has finished"); });
-        _pump.wait([this] { return !_client.hasConnections(); }, std::chrono::seconds(2));
+        if (_network.joinable()) _pump.wait([this] { return !_client.hasConnections(); }, std::chrono::seconds(2));
         _pump.stop();
-        _network.join();
+        if (_network.joinable()) _network.join();
         for (ServerProcess& process : _processes) process.letGo();
     }
 
-    Result<void> connect() {
+    Result<void> connect(const ClusterOptions& options) {
+        if (!options.listenHost.empty()) {
+            const auto port = _pump.listen(options.listenHost, options.listenPort);
+            if (!port) return port.error();
+            // Nothing happens before they are started: that is worth more than an info.
+            log::warning(fmt::format("waiting for servers at {}:{}", options.listenHost, *port));
+        }
+        _network = std::thread([this] { _pump.run(); });
         if (auto done = request([] {}, "connecting"); !done) return done;
         announce(nullptr);
         _pump.enter([this] { describe(); });
@@ -158,6 +164,15 @@ class ConnectedCluster final : public Cluster {
         if (auto done = request([&] { _client.beginExplain(); }, "the frame plan"); !done) return done.error();
         _pump.enter([&] { texts = _client.takeExplanations(); });
         return texts;
+    }
+
+    protocol::SwapSkew::Summary swapSkew() override {
+        _pump.enter([this] { _client.askForClocks(SteadyClock().now()); });
+        // Without the last answers it knows less, that is all.
+        _pump.wait([this] { return !_client.waitsForClocks(); }, kClockPatience);
+        protocol::SwapSkew::Summary summary;
+        _pump.enter([&] { summary = _client.swapSkew(); });
+        return summary;
     }
 
     std::vector<std::string> serverDescriptions() const override { return _descriptions; }
@@ -246,7 +261,9 @@ class ConnectedCluster final : public Cluster {
     static std::vector<std::string> addressesOf(const protocol::ClusterClientOptions& options) {
         std::vector<std::string> addresses;
         for (const protocol::RemoteServer& server : options.servers)
-            addresses.push_back(server.name.empty() ? fmt::format("{}:{}", server.host, server.port) : server.name);
+            addresses.push_back(!server.name.empty()  ? server.name
+                                : server.host.empty() ? fmt::format("server {}", addresses.size() + 1)
+                                                      : fmt::format("{}:{}", server.host, server.port));
         return addresses;
     }
 
@@ -274,9 +291,10 @@ class ConnectedCluster final : public Cluster {
         if (_policy == FailurePolicy::Wait && finished.mismatch) {
             if (auto done = drain(); !done) return done.error();
             if (scene) return differing(*finished.mismatch, *scene);
-            return failure(fmt::format("frame {}: the state of server '{}' differs", finished.number,
-                                       _names[*finished.mismatch]));
+            return failure(
+                fmt::format("frame {}: the state of server '{}' differs", finished.number, _names[*finished.mismatch]));
         }
+        report.milliseconds = toMilliseconds(finished.took);
         bool anyConnected = finished.servers.empty();
         for (std::size_t i = 0; i < finished.servers.size(); ++i) {
             protocol::ServerOutcome& outcome = finished.servers[i];
@@ -444,6 +462,7 @@ Result<std::unique_ptr<Cluster>> Cluster::connect(const ClusterOptions& options,
     client.identity.name = clientName();
     client.identity.build = UMBRIEL_VERSION;
     client.identity.typeSignature = types.signature();
+    client.identity.needs = wire::kReturnsPixels;
     client.connectTimeout = options.connectTimeout;
     client.frameTimeout = options.frameTimeout;
     client.policy = options.policy;
@@ -480,7 +499,7 @@ Result<std::unique_ptr<Cluster>> Cluster::connect(const ClusterOptions& options,
     client.wall = dealt.wall;
     for (std::size_t i = 0; i < client.servers.size(); ++i) client.servers[i].tiles = std::move(dealt.tiles[i]);
     auto cluster = std::make_unique<ConnectedCluster>(std::move(client), std::move(processes), options.insecureLan);
-    if (const auto connected = cluster->connect(); !connected) return connected.error();
+    if (const auto connected = cluster->connect(options); !connected) return connected.error();
     return std::unique_ptr<Cluster>(std::move(cluster));
 }
 

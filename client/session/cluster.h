@@ -12,6 +12,7 @@
 #include "common/base/result.h"
 #include "common/protocol/failure_policy.h"
 #include "common/protocol/job_port.h"
+#include "common/protocol/swap_skew.h"
 #include "common/scene/aspect.h"
 #include "common/wall/tile_pixels.h"
 #include "common/wall/view.h"
@@ -23,13 +24,15 @@ using protocol::FailurePolicy;
 // Where a server listens and, if given, what it must call itself ("left=render1:7420").
 struct ServerAddress {
     std::string name;
-    std::string host;
+    std::string host;  // empty: it dials this client, at ClusterOptions::listenHost
     std::uint16_t port = 0;
 };
 
 struct ClusterOptions {
     std::vector<ServerAddress> servers;  // none: start `local` embedded servers of this machine on loopback
     int local = 1;
+    std::string listenHost;               // not empty: servers without a host dial this client here
+    std::uint16_t listenPort = 0;         // 0: one that is free, which is logged
     bool insecureLan = false;             // allow plain TCP beyond loopback
     std::filesystem::path serverProgram;  // umbriel-server; empty: beside this program
     Duration connectTimeout = std::chrono::seconds(5);
@@ -60,6 +63,7 @@ struct ServerReport {
 
 struct FrameReport {
     std::uint64_t frame = 0;
+    double milliseconds = 0.0;      // from its request to its swap, pixels included when they were asked for
     std::size_t entries = 0;        // of the change list
     std::uint64_t changeBytes = 0;  // encoded, without blobs
     std::vector<ServerReport> servers;
@@ -102,6 +106,9 @@ class Cluster {
 
     // Jobs on the same servers, beside frames: to be used from one thread, which need not be the one that draws.
     virtual protocol::JobPort& jobs() = 0;
+
+    // How far apart the servers have shown the frames they were told to show together.
+    virtual protocol::SwapSkew::Summary swapSkew() = 0;
 
     // Facts that servers stated at the handshake, one line each: name, GL renderer and version, limits.
     virtual std::vector<std::string> serverDescriptions() const = 0;

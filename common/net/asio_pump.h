@@ -24,8 +24,8 @@ class AsioPump {
     // Accepts connections there, before run(). port 0: one that is free. Returns the port.
     Result<std::uint16_t> listen(const std::string& host, std::uint16_t port);
 
-    // Called on the pump's thread after everything that may have changed the endpoint, when what that left in the queues
-    // was written. It may change the endpoint again. Set before run().
+    // Called on the pump's thread after everything that may have changed the endpoint, when what that left in the
+    // queues was written. It may change the endpoint again. Set before run().
     void onTurn(std::function<void()> hook);
 
     // Pumps until stop().
@@ -34,8 +34,8 @@ class AsioPump {
     void stop();
     // Runs the function on the pump's thread, then takes a turn. From any thread.
     void post(std::function<void()> function);
-    // Runs the function on this thread, alone with the endpoint, and writes what it queues as far as the sockets take it
-    // at once: nobody is waited for, and no other thread is woken. Not from the hook or another such function.
+    // Runs the function on this thread, alone with the endpoint, and writes what it queues as far as the sockets take
+    // it at once: nobody is waited for, and no other thread is woken. Not from the hook or another such function.
     void enter(const std::function<void()>& function);
     // Waits on this thread until the condition holds, which is asked as in enter(), never again after it held. False: it
     // does not after this time.

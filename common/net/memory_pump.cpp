@@ -1,6 +1,7 @@
 #include "common/net/memory_pump.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/base/assert.h"
@@ -91,6 +92,29 @@ void MemoryNetwork::reach(Endpoint* endpoint, std::function<void()> what) {
         what();
 }
 
+TimePoint MemoryNetwork::HostClock::local(TimePoint network) const {
+    if (rate == 1.0) return network + ahead;
+    return network + ahead + Duration(std::llround((rate - 1.0) * static_cast<double>((network - since).count())));
+}
+
+// The first moment at which the clock shows that time, or later.
+TimePoint MemoryNetwork::HostClock::network(TimePoint time) const {
+    if (time == TimePoint::max()) return time;
+    if (rate == 1.0) return time - ahead;
+    TimePoint network = since + Duration(std::llround(static_cast<double>((time - ahead - since).count()) / rate));
+    while (local(network) < time) network += Duration(1);
+    return network;
+}
+
+MemoryNetwork::HostClock MemoryNetwork::clockOf(const Endpoint* endpoint) const {
+    const auto host = _hosts.find(endpoint);
+    return host == _hosts.end() ? HostClock{} : host->second.clock;
+}
+
+void MemoryNetwork::setClock(Endpoint& endpoint, Duration ahead, double rate) {
+    _hosts[&endpoint].clock = {_now, ahead, rate};
+}
+
 void MemoryNetwork::reset(Endpoint& endpoint) {
     const auto& connections = _hosts[&endpoint].connections;
     if (connections.empty()) return;
@@ -135,7 +159,8 @@ void MemoryNetwork::turn(Endpoint& endpoint) {
             if (found == host.connections.end()) continue;
             const std::uint64_t pipe = found->second;
             const int side = sideOf(_pipes[pipe], &endpoint, action->connection);
-            if (protocol::SendQueue* queue = endpoint.output(action->connection))
+            // A pulled cable lets no last words out.
+            if (protocol::SendQueue* queue = endpoint.output(action->connection); queue && !host.silent)
                 for (const auto span : queue->gather()) transmit(pipe, side, {span.begin(), span.end()});
             hangUp(pipe, side);
             endOf(pipe, side, "the connection was closed");
@@ -162,7 +187,7 @@ void MemoryNetwork::turn(Endpoint& endpoint) {
             if (bytes.size() > room) bytes.resize(room);
             queue->consumed(bytes.size());
             transmit(pipe, side, std::move(bytes));
-            endpoint.written(id, _now);
+            endpoint.written(id, now(endpoint));
             queue = endpoint.output(id);
         }
     }
@@ -172,14 +197,14 @@ void MemoryNetwork::connect(Endpoint& endpoint, const Action& action, TimePoint 
     if (!_hosts.count(&endpoint)) return;
     const auto listener = _listeners.find({action.host, action.port});
     if (listener == _listeners.end()) {
-        endpoint.dialFailed(action.tag, failure("connection refused"), _now);
+        endpoint.dialFailed(action.tag, failure("connection refused"), now(endpoint));
     } else if (_hosts[listener->second].silent) {
         // No answer: repeated for a while, as TCP does.
         if (_now - since < kDialTimeout)
             return at(_now + kDialRepeat, [this, &endpoint, action, since] {
                 reach(&endpoint, [this, &endpoint, action, since] { connect(endpoint, action, since); });
             });
-        endpoint.dialFailed(action.tag, failure("no answer"), _now);
+        endpoint.dialFailed(action.tag, failure("no answer"), now(endpoint));
     } else {
         const std::uint64_t number = _nextPipe++;
         Endpoint* other = listener->second;
@@ -188,10 +213,10 @@ void MemoryNetwork::connect(Endpoint& endpoint, const Action& action, TimePoint 
         pipe.ends[0].id = attach(endpoint, number);
         pipe.ends[1].endpoint = other;
         const ConnectionId theirs = pipe.ends[1].id = attach(*other, number);
-        endpoint.opened(pipe.ends[0].id, action.tag, _now);
+        endpoint.opened(pipe.ends[0].id, action.tag, now(endpoint));
         reach(other, [this, other, theirs] {
             if (!_hosts.count(other)) return;
-            other->opened(theirs, 0, _now);
+            other->opened(theirs, 0, now(*other));
             turn(*other);
         });
     }
@@ -238,7 +263,7 @@ void MemoryNetwork::deliver(std::uint64_t number, int to, const std::vector<std:
     _delivered += bytes.size();
     End& sender = found->second.ends[1 - to];
     sender.underWay -= bytes.size();
-    end.endpoint->received(end.id, bytes, _now);
+    end.endpoint->received(end.id, bytes, now(*end.endpoint));
     turn(*end.endpoint);
     if (_options.window > 0 && sender.endpoint && !sender.gone && _hosts.count(sender.endpoint)) turn(*sender.endpoint);
 }
@@ -274,7 +299,7 @@ void MemoryNetwork::endOf(std::uint64_t number, int side, const std::string& rea
     found->second.ends[side].gone = true;
     if (host == _hosts.end()) return;
     std::erase_if(host->second.connections, [&](const auto& one) { return one.first == end.id; });
-    end.endpoint->closed(end.id, reason, _now);
+    end.endpoint->closed(end.id, reason, now(*end.endpoint));
     turn(*end.endpoint);
     // The far side learns of it as well when it has not ended itself.
     if (const auto again = _pipes.find(number); again != _pipes.end() && !again->second.ends[1 - side].gone)
@@ -293,7 +318,7 @@ MemoryNetwork::Stranger MemoryNetwork::dial(const std::string& host, std::uint16
     pipe.answer = stranger._answer;
     pipe.closed = stranger._closed;
     pipe.ends[1] = {listener->second, attach(*listener->second, stranger._pipe)};
-    listener->second->opened(pipe.ends[1].id, 0, _now);
+    listener->second->opened(pipe.ends[1].id, 0, now(*listener->second));
     turn(*listener->second);
     return stranger;
 }
@@ -311,7 +336,8 @@ bool MemoryNetwork::step(TimePoint limit) {
     Endpoint* due = nullptr;
     for (Endpoint* endpoint : _order) {
         if (_hosts[endpoint].paused) continue;
-        if (const TimePoint deadline = std::max(endpoint->deadline(), _now); deadline < next) {
+        if (const TimePoint deadline = std::max(clockOf(endpoint).network(endpoint->deadline()), _now);
+            deadline < next) {
             next = deadline;
             due = endpoint;
         }
@@ -322,7 +348,7 @@ bool MemoryNetwork::step(TimePoint limit) {
     }
     _now = next;
     if (due) {
-        due->advance(_now);
+        due->advance(now(*due));
         turn(*due);
         return true;
     }

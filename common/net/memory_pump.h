@@ -48,6 +48,10 @@ class MemoryNetwork {
     void reset(protocol::Endpoint& endpoint);
     // Resets all of them, but only the other sides are told: the endpoint finds out by their silence.
     void resetHalf(protocol::Endpoint& endpoint);
+    // Its program's clock shows so much more than the network's now, and runs so many times as fast.
+    void setClock(protocol::Endpoint& endpoint, Duration ahead, double rate);
+    // On its program's clock.
+    TimePoint now(const protocol::Endpoint& endpoint) const { return clockOf(&endpoint).local(_now); }
     // After its program changed the endpoint outside a hook.
     void poke(protocol::Endpoint& endpoint);
 
@@ -79,7 +83,15 @@ class MemoryNetwork {
     std::uint64_t delivered() const { return _delivered; }
 
  private:
+    struct HostClock {
+        TimePoint since{};
+        Duration ahead{};
+        double rate = 1.0;
+        TimePoint local(TimePoint network) const;
+        TimePoint network(TimePoint local) const;
+    };
     struct Host {
+        HostClock clock;
         std::function<void()> hook;
         bool silent = false;
         bool paused = false;
@@ -102,6 +114,7 @@ class MemoryNetwork {
     };
     using Key = std::pair<TimePoint, std::uint64_t>;
 
+    HostClock clockOf(const protocol::Endpoint* endpoint) const;
     std::uint64_t random(std::uint64_t below);
     Duration latency();
     void at(TimePoint when, std::function<void()> what);
@@ -124,7 +137,7 @@ class MemoryNetwork {
     TimePoint _now{};
     std::uint64_t _sequence = 0;
     std::map<Key, std::function<void()>> _events;
-    std::map<protocol::Endpoint*, Host> _hosts;
+    std::map<const protocol::Endpoint*, Host> _hosts;
     std::vector<protocol::Endpoint*> _order;  // hosts in order of arrival: pointers have no order worth following
     std::map<std::pair<std::string, std::uint16_t>, protocol::Endpoint*> _listeners;
     std::map<std::uint64_t, Pipe> _pipes;

@@ -13,6 +13,8 @@ using wire::MessageType;
 
 namespace {
 
+// Exchanges of clocks at a session's beginning, one after the other.
+constexpr std::size_t kFirstExchanges = 8;
 // Incidents kept for a caller that does not ask.
 constexpr std::size_t kMaxIncidents = 256;
 
@@ -49,6 +51,8 @@ std::string ClusterClient::textOf(std::size_t index) const {
     const Server& server = _servers[index];
     std::string name = server.remote.name;
     if (const wire::Hello* hello = serverHello(index)) name = hello->name;
+    if (name.empty()) name = server.knownName;
+    if (name.empty() && server.remote.host.empty()) return fmt::format("server {} of {}", index + 1, _servers.size());
     std::string text = name.empty() ? "server" : fmt::format("server '{}'", name);
     if (!server.remote.host.empty()) text += fmt::format(" at {}:{}", server.remote.host, server.remote.port);
     return text;
@@ -71,6 +75,8 @@ void ClusterClient::opened(ConnectionId connection, std::uint64_t dialTag, TimeP
         hello.epoch = session.epoch;
         if (_phase != Phase::Connecting) linkOptions.handshakeTimeout = _options.rejoinHandshake;
         (bulk ? session.bulk : session.control) = connection;
+    } else {
+        hello.epoch = _options.epoch + _accepted++;
     }
     adopt(connection, linkOptions, std::move(hello), dialTag, now);
 }
@@ -243,34 +249,58 @@ void ClusterClient::greeted(ConnectionId connection, Peer& peer, TimePoint) {
     wire::Hello mine = _options.identity;
     const bool dialledUs = peer.tag == 0;
     Place place;
-    if (dialledUs) {
-        // A bulk connection shows our token, a control connection the name of a server we wait for.
-        place.bulk = hello.channel == wire::Channel::Bulk;
-        const bool ours = !place.bulk || (hello.token == _options.token && hello.epoch == _options.epoch);
-        const auto found = std::find_if(_servers.begin(), _servers.end(), [&](const Server& server) {
-            const Session& session = server.session;
-            return server.remote.host.empty() &&
-                   (place.bulk ? session.controlOpen && session.bulk == 0 : session.control == 0) &&
-                   (server.remote.name.empty() || server.remote.name == hello.name);
-        });
-        if (!ours || found == _servers.end())
-            return peer.link.refuse(fmt::format("client '{}' does not wait for a server '{}'", mine.name, hello.name));
-        place.server = static_cast<std::size_t>(found - _servers.begin());
-    } else {
+    if (!dialledUs) {
         place = placeOf(peer.tag);
         mine.wantedName = _servers[place.server].remote.name;
     }
     if (const std::string reason = handshakeObjection(mine, hello); !reason.empty()) return peer.link.refuse(reason);
-    Session& session = _servers[place.server].session;
+    if (dialledUs) {
+        const auto found = placeFor(hello);
+        if (!found) return peer.link.refuse(found.error().message);
+        place = *found;
+    }
+    Server& server = _servers[place.server];
+    Session& session = server.session;
+    server.knownName = hello.name;
     if (dialledUs) {
         peer.tag = tagOf(place);
         (place.bulk ? session.bulk : session.control) = connection;
-        session.epoch = _options.epoch;
+        if (!place.bulk) session.epoch = peer.link.ownHello().epoch;
     }
     peer.link.accept(session.epoch);
 }
 
-void ClusterClient::linkOpen(ConnectionId connection, Peer& peer, TimePoint) {
+Result<ClusterClient::Place> ClusterClient::placeFor(const wire::Hello& hello) const {
+    const std::string& name = _options.identity.name;
+    if (hello.channel == wire::Channel::Bulk) {
+        // It shows our token and its session's epoch.
+        for (std::size_t i = 0; i < _servers.size(); ++i) {
+            const Session& session = _servers[i].session;
+            if (_servers[i].remote.host.empty() && session.controlOpen && session.bulk == 0 &&
+                hello.token == _options.token && hello.epoch == session.epoch && hello.name == _servers[i].knownName)
+                return Place{i, true};
+        }
+        return failure(fmt::format("client '{}' has no session that this bulk connection belongs to", name));
+    }
+    // Its own place, or the one it had, before one that anybody may take.
+    std::optional<Place> free;
+    for (std::size_t i = 0; i < _servers.size(); ++i) {
+        const Server& server = _servers[i];
+        if (!server.remote.host.empty()) continue;
+        const bool taken = server.session.control != 0;
+        if (hello.name == (server.remote.name.empty() ? server.knownName : server.remote.name)) {
+            if (taken) return failure(fmt::format("client '{}' has a server '{}' already", name, hello.name));
+            return Place{i, false};
+        }
+        if (!taken && server.remote.name.empty() && (!free || server.knownName.empty())) {
+            if (!free || !_servers[free->server].knownName.empty()) free = Place{i, false};
+        }
+    }
+    if (free) return *free;
+    return failure(fmt::format("client '{}' does not wait for a server '{}'", name, hello.name));
+}
+
+void ClusterClient::linkOpen(ConnectionId connection, Peer& peer, TimePoint now) {
     const auto [index, bulk] = placeOf(peer.tag);
     Server& server = _servers[index];
     Session& session = server.session;
@@ -281,6 +311,7 @@ void ClusterClient::linkOpen(ConnectionId connection, Peer& peer, TimePoint) {
         session.controlOpen = true;
         UMBRIEL_ASSERT(session.control == connection, "an open control connection belongs to its server");
         peer.link.send(wire::Assign{_options.wall, server.remote.tiles});
+        peer.link.ask(now);
         if (!server.remote.host.empty()) dialServer(index, true);
     }
     if (session.connected()) sessionBegun(index);
@@ -289,6 +320,33 @@ void ClusterClient::linkOpen(ConnectionId connection, Peer& peer, TimePoint) {
         return;
     _phase = Phase::Idle;
     for (Server& one : _servers) one.session.waitedFor = true;
+}
+
+void ClusterClient::heartbeat(std::size_t index, const wire::Heartbeat& heartbeat, TimePoint now) {
+    Session& session = _servers[index].session;
+    if (heartbeat.echo) {
+        session.asked = false;
+        session.clock.add({TimePoint(Duration(heartbeat.echo->sent)), TimePoint(Duration(heartbeat.echo->received)),
+                           TimePoint(Duration(heartbeat.sent)), now});
+        // The first ones quickly: the shortest way of several is what counts.
+        if (session.clock.count() < kFirstExchanges)
+            if (Link* control = link(session.control)) control->ask(now);
+    }
+    for (const wire::Heartbeat::Swap& swap : heartbeat.swaps)
+        if (const auto time = session.clock.ours(TimePoint(Duration(swap.at)))) _skew.shown(swap.frame, index, *time);
+}
+
+void ClusterClient::askForClocks(TimePoint now) {
+    for (Server& server : _servers) {
+        if (!server.session.connected()) continue;
+        server.session.asked = true;
+        link(server.session.control)->ask(now);
+    }
+}
+
+bool ClusterClient::waitsForClocks() const {
+    return !_error &&
+           std::any_of(_servers.begin(), _servers.end(), [](const Server& server) { return server.session.asked; });
 }
 
 std::uint64_t ClusterClient::bytesSent(const Server& server) const {

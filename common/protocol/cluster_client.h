@@ -12,18 +12,20 @@
 #include "common/base/result.h"
 #include "common/protocol/bulk_transfer.h"
 #include "common/protocol/digest_comparison.h"
+#include "common/protocol/clock_estimate.h"
 #include "common/protocol/endpoint.h"
 #include "common/protocol/frame_history.h"
 #include "common/protocol/frame_pacing.h"
 #include "common/protocol/job_port.h"
 #include "common/protocol/linked_endpoint.h"
+#include "common/protocol/swap_skew.h"
 #include "common/wire/messages.h"
 
 namespace umbriel::protocol {
 
 struct RemoteServer {
     std::string name;  // what it must call itself; empty: whatever it does
-    std::string host;  // empty: it dials us
+    std::string host;  // empty: it dials us, again and again until it is welcome
     std::uint16_t port = 0;
     std::vector<TileAssignment> tiles;
 };
@@ -144,6 +146,7 @@ class ClusterClient final : public LinkedEndpoint {
     // A frame that is over.
     struct Finished {
         std::uint64_t number = 0;
+        Duration took{};                      // from its request until it was over
         std::vector<ServerOutcome> servers;   // in the order of the options
         std::optional<std::size_t> mismatch;  // the first server whose digest differs; under Wait nobody showed it then
     };
@@ -171,6 +174,11 @@ class ClusterClient final : public LinkedEndpoint {
     // for loses its session.
     std::vector<JobNews> takeJobNews() { return std::exchange(_jobNews, {}); }
     bool hasJobNews() const { return !_jobNews.empty(); }
+
+    // Asks every server for its time and for what it has shown; they answer within a round trip, or are lost.
+    void askForClocks(TimePoint now);
+    bool waitsForClocks() const;
+    SwapSkew::Summary swapSkew() const { return _skew.summary(); }
 
     // Null while it is not connected.
     const wire::Hello* serverHello(std::size_t server) const;
@@ -224,12 +232,15 @@ class ClusterClient final : public LinkedEndpoint {
         BulkSender sender;
         std::unique_ptr<BlobReceiver> results = std::make_unique<BlobReceiver>();  // of jobs
         std::uint32_t number = 0;  // JobPeer::session, once connected
+        ClockEstimate clock;
+        bool asked = false;  // for its time, and has not answered
         bool connected() const { return controlOpen && bulkOpen; }
     };
     struct Server {
         RemoteServer remote;
         Session session;
         std::uint32_t sessions = 0;  // dialled so far
+        std::string knownName;       // what it called itself last
         bool dialling = false;       // a control connection
         std::string lastFailure;     // of dialling
         std::optional<TimePoint> redialAt;
@@ -276,6 +287,8 @@ class ClusterClient final : public LinkedEndpoint {
                  TimePoint now) override;
     void linkClosed(ConnectionId connection, Peer& peer, const std::string& reason, TimePoint now) override;
     void handled(TimePoint now) override { progress(now); }
+    // For one that dialled us: whose place it takes, or why it has none.
+    Result<Place> placeFor(const wire::Hello& hello) const;
     void connectingTimedOut();
     void dialServer(std::size_t server, bool bulk);
     // The session is over: an error of the whole under Wait and while connecting, else the server is reached again.
@@ -316,6 +329,9 @@ class ClusterClient final : public LinkedEndpoint {
     // With so many of those that are waited for done: sets the running frame's deadline, says whether it is over.
     bool isDue(Running& running, std::size_t done, std::size_t of, TimePoint now);
     std::optional<TimePoint> dueAt() const;
+    // Why the server does not take these changes; empty when it does.
+    std::string beyondLimits(std::size_t server, const FrameHistory::Frames& changes) const;
+    void heartbeat(std::size_t server, const wire::Heartbeat& heartbeat, TimePoint now);
     std::optional<Duration> allowanceOf(const Running& running) const;
     void becameLate(std::size_t server, std::uint64_t frame);
     Result<void> differs(std::size_t server, const Sent& sent, TimePoint now);
@@ -326,12 +342,15 @@ class ClusterClient final : public LinkedEndpoint {
     std::optional<Error> _error;
     Phase _phase = Phase::Connecting;
     TimePoint _phaseStart;
+    std::uint32_t _accepted =
+        0;  // connections of servers that dial us: each would be a newer session than those before
     std::deque<Running> _running;
     std::deque<Finished> _finished;
     bool _finishing = false;
     std::uint64_t _lastSwapped = 0;
     FrameHistory _history;
     FramePacing _pacing;
+    SwapSkew _skew;
     std::vector<ServerIncident> _incidents;
     std::uint64_t _random;
     wire::DigestReply _digests;

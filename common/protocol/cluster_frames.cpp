@@ -95,6 +95,7 @@ void ClusterClient::sendFrame(std::size_t index, Running& running, TimePoint now
         changes = {running.snapshot};
         session.needsSnapshot = false;
     }
+    if (const std::string reason = beyondLimits(index, changes); !reason.empty()) return lose(index, reason, now);
     for (std::size_t i = 0; i < changes.size(); ++i) {
         for (const auto& part : changes[i]->parts) session.outbox.emplace_back(MessageType::Changes, part);
         if (i + 1 < changes.size() && !changes[i]->last.empty())
@@ -120,6 +121,20 @@ void ClusterClient::sendFrame(std::size_t index, Running& running, TimePoint now
         session.pixelsUpTo = frame.number;
     }
     feed(server);
+}
+
+std::string ClusterClient::beyondLimits(std::size_t index, const FrameHistory::Frames& changes) const {
+    const wire::Hello* hello = serverHello(index);
+    std::uint64_t bytes = 0, longest = 0;
+    for (const auto& one : changes) {
+        bytes += one->changeBytes;
+        longest = std::max(longest, one->longestBlob);
+    }
+    if (!hello || (bytes <= hello->maxChangeBytes && longest <= hello->maxBlobBytes)) return {};
+    return bytes > hello->maxChangeBytes ? fmt::format("{} takes {} bytes of changes at once, the scene needs {}",
+                                                       textOf(index), hello->maxChangeBytes, bytes)
+                                         : fmt::format("{} takes blobs of {} bytes, the scene has one of {}",
+                                                       textOf(index), hello->maxBlobBytes, longest);
 }
 
 std::shared_ptr<const wire::Bytes> ClusterClient::frameMessage(Running& running, bool fromNothing, bool withViews,
@@ -157,6 +172,12 @@ Result<void> ClusterClient::answer(std::size_t index, MessageType type, std::spa
             const auto message = wire::decode<wire::Ready>(payload);
             if (!message) return message.error();
             return ready(index, *message, now);
+        }
+        case MessageType::Heartbeat: {
+            const auto message = wire::decode<wire::Heartbeat>(payload);
+            if (!message) return message.error();
+            heartbeat(index, *message, now);
+            return {};
         }
         case MessageType::Failed: {
             const auto failed = wire::decode<wire::Failed>(payload);
@@ -362,6 +383,7 @@ bool ClusterClient::swapWhenReady(Running& running, TimePoint now) {
             running.mismatch = i;
     if (running.mismatch && _options.policy == FailurePolicy::Wait)
         return true;  // nothing is shown: the caller asks what differs
+    std::vector<std::size_t> told;
     for (std::size_t i = 0; i < running.parts.size(); ++i) {
         Part& part = running.parts[i];
         if (part.waitedFor && !part.ready) becameLate(i, number);
@@ -371,10 +393,12 @@ bool ClusterClient::swapWhenReady(Running& running, TimePoint now) {
             continue;
         }
         swap(i, number);
+        told.push_back(i);
         part.outcome.shown = true;
         part.outcome.wait = now - part.readyAt;
     }
     if (_error) return true;
+    _skew.told(number, std::move(told));
     running.swapped = true;
     running.due.reset();
     _lastSwapped = number;
@@ -424,10 +448,11 @@ bool ClusterClient::tilesOver(Running& running, TimePoint now) {
     return true;
 }
 
-void ClusterClient::finishFrame(Running& running, TimePoint) {
+void ClusterClient::finishFrame(Running& running, TimePoint now) {
     Finished& finished = _finished.emplace_back();
     finished.number = running.frame.number;
     finished.mismatch = running.mismatch;
+    finished.took = now - running.start;
     for (std::size_t i = 0; i < _servers.size(); ++i) {
         Server& server = _servers[i];
         ServerOutcome& outcome = finished.servers.emplace_back(std::move(running.parts[i].outcome));

@@ -1,5 +1,6 @@
 #include "common/protocol/frame_history.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "common/base/assert.h"
@@ -12,9 +13,13 @@ std::shared_ptr<const FrameChanges> packChanges(std::uint64_t number, std::vecto
     auto packed = std::make_shared<FrameChanges>();
     packed->number = number;
     packed->blobs = std::move(blobs);
-    for (const auto& [hash, content] : packed->blobs) packed->bytes += content.byteSize();
+    for (const auto& [hash, content] : packed->blobs) {
+        packed->bytes += content.byteSize();
+        packed->longestBlob = std::max<std::uint64_t>(packed->longestBlob, content.byteSize());
+    }
     for (std::size_t i = 0; i < parts.size(); ++i) {
         packed->bytes += parts[i].size();
+        packed->changeBytes += parts[i].size();
         if (i + 1 == parts.size() && parts[i].size() <= wire::kMaxInlineChangeBytes)
             packed->last = std::move(parts[i]);
         else

@@ -20,6 +20,8 @@ struct FrameChanges {
     wire::Bytes last;                                       // follows them; small enough for the frame message
     std::map<Hash128, MultiStorage> blobs;                  // what the parts refer to
     std::uint64_t bytes = 0;                                // of parts and blobs
+    std::uint64_t changeBytes = 0;                          // of parts and the last one
+    std::uint64_t longestBlob = 0;
 };
 
 // parts: encodeChanges' parts.

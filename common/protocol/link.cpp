@@ -108,7 +108,14 @@ LinkEvent Link::handle(MessageType type, std::span<const std::byte> payload) {
         return {LinkEvent::Kind::Open, type, payload};
     }
     if (!isOpen()) return violation(fmt::format("a {} message before the welcome", wire::ruleOf(type).name));
-    if (type == MessageType::Heartbeat) return {};
+    if (type == MessageType::Heartbeat) {
+        const auto heartbeat = wire::decode<wire::Heartbeat>(payload);
+        if (!heartbeat) return violation(heartbeat.error().message);
+        if (heartbeat->wantsAnswer)
+            sendHeartbeat(_lastReceived, false,
+                          wire::Heartbeat::Echo{heartbeat->sent, _lastReceived.time_since_epoch().count()});
+        if (!heartbeat->echo && heartbeat->swaps.empty()) return {};
+    }
     return {LinkEvent::Kind::Message, type, payload};
 }
 
@@ -125,9 +132,7 @@ void Link::advance(TimePoint now) {
         return close(fmt::format("{} has been silent for {:.1f} s", peerText(), toSeconds(_options.heartbeatLoss)));
     if (now >= _lastHeartbeat + _options.heartbeatInterval) {
         _lastHeartbeat = now;
-        const std::uint64_t before = _bytesSent;
-        send(wire::Heartbeat{});  // a full queue says as much as a heartbeat
-        _bytesSent = before;
+        sendHeartbeat(now, _mine.role == wire::Role::Client, {});
     }
 }
 
@@ -140,6 +145,23 @@ void Link::lookWhetherItReads(TimePoint now) {
     if (_stalled >= _options.stalledIntervals)
         close(fmt::format("{} has read nothing of its bulk connection for {:.1f} s", peerText(),
                           _stalled * toSeconds(_options.heartbeatInterval)));
+}
+
+void Link::sendHeartbeat(TimePoint now, bool wantsAnswer, std::optional<wire::Heartbeat::Echo> echo) {
+    if (!isOpen()) return;
+    wire::Heartbeat heartbeat;
+    heartbeat.sent = now.time_since_epoch().count();
+    heartbeat.wantsAnswer = wantsAnswer;
+    heartbeat.echo = echo;
+    heartbeat.swaps.assign(_swaps.begin(), _swaps.end());
+    const std::uint64_t before = _bytesSent;
+    if (send(heartbeat)) _swaps.clear();  // a full queue says as much as a heartbeat
+    _bytesSent = before;
+}
+
+void Link::reportSwap(std::uint64_t frame, TimePoint at) {
+    if (_swaps.size() == wire::Heartbeat::kMaxSwaps) _swaps.pop_front();
+    _swaps.push_back({frame, at.time_since_epoch().count()});
 }
 
 TimePoint Link::deadline() const {

@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -76,6 +77,11 @@ class Link {
     bool sendPieces(wire::MessageType type, std::span<const std::byte> head, const std::shared_ptr<const void>& owner,
                     std::span<const std::span<const std::byte>> pieces);
 
+    // A heartbeat that asks for the peer's time. The answer comes as a message.
+    void ask(TimePoint now) { sendHeartbeat(now, true, {}); }
+    // Travels with the next heartbeats; when there are too many, the newest.
+    void reportSwap(std::uint64_t frame, TimePoint at);
+
     // Says goodbye; the owner lets the queue drain and closes the connection.
     void close(std::string_view reason);
     // The connection is gone.
@@ -88,6 +94,7 @@ class Link {
     // Whoever dialled knows what the connection is for; the other side's hello says control.
     bool isBulk() const;
     const std::optional<wire::Hello>& peerHello() const { return _peerHello; }
+    const wire::Hello& ownHello() const { return _mine; }
     // "server 'left'" or "an unknown peer".
     std::string peerText() const;
     SendQueue& output() { return _output; }
@@ -109,6 +116,7 @@ class Link {
     std::span<const std::byte> unread() const;
     // Makes that piece so long. False when so much has not come; all that has is in it then.
     bool join(std::size_t bytes);
+    void sendHeartbeat(TimePoint now, bool wantsAnswer, std::optional<wire::Heartbeat::Echo> echo);
     void finish(std::string reason);
     LinkEvent violation(std::string_view what);
     void lookWhetherItReads(TimePoint now);
@@ -118,6 +126,7 @@ class Link {
     wire::Hello _mine;
     std::optional<wire::Hello> _peerHello;
     SendQueue _output;
+    std::deque<wire::Heartbeat::Swap> _swaps;
     wire::Bytes _scratch;  // of the message that is encoded
     wire::Bytes _input;                  // the beginning of a message whose rest was not there yet
     std::size_t _inputUsed = 0;          // 0, or all of it

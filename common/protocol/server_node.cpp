@@ -45,7 +45,15 @@ void ServerNode::dialFailed(std::uint64_t dialTag, const Error& reason, TimePoin
     if (dialTag == kDialBulk)
         return endSession(fmt::format("the bulk connection cannot be opened: {}", reason.message));
     _dialling = false;
-    _redialAt = now + _options.redialAfter;
+    unreachable({reason.kind, fmt::format("the client at {}:{} cannot be reached: {}", _options.dialHost,
+                                          _options.dialPort, reason.message)},
+                now);
+}
+
+void ServerNode::unreachable(Error reason, TimePoint now) {
+    if (reason.kind != Error::Kind::BadInput) _redialAt = now + _options.redialAfter;
+    if (std::exchange(_lastUnreachable, reason.message) != reason.message)
+        _events.push_back(ClientUnreachable{std::move(reason)});
 }
 
 void ServerNode::written(ConnectionId connection, TimePoint) {
@@ -77,6 +85,7 @@ void ServerNode::linkOpen(ConnectionId connection, Peer& peer, TimePoint) {
         return peer.link.close("there is no such session any more");
     if (_session->bulk == connection) return fillBulk();
     _session->started = true;
+    _lastUnreachable.clear();
     _events.push_back(SessionStarted{_session->client});
     if (peer.tag != 0) dial(kDialBulk, _options.dialHost, _options.dialPort);
 }
@@ -86,16 +95,22 @@ void ServerNode::message(ConnectionId, Peer& peer, MessageType type, std::span<c
 }
 
 void ServerNode::linkClosed(ConnectionId connection, Peer&, const std::string& reason, TimePoint now) {
-    if (connection == _dialledControl && !_leaving) _redialAt = now + _options.redialAfter;
-    if (_session && (_session->control == connection || _session->bulk == connection)) ended(reason);
+    const bool ours = _session && (_session->control == connection || _session->bulk == connection);
+    if (connection == _dialledControl && !_leaving) {
+        if (ours && _session->started)
+            _redialAt = now + _options.redialAfter;
+        else
+            unreachable(failure(reason), now);
+    }
+    if (ours) ended(reason);
 }
 
-std::string ServerNode::objection(const wire::Hello& hello, bool bulk) const {
+std::string ServerNode::objection(const wire::Hello& hello, bool bulk, bool dialled) const {
     if (const std::string reason = handshakeObjection(_options.identity, hello); !reason.empty()) return reason;
     if (hello.role != wire::Role::Client) return "a render server serves clients, not other servers";
     if (hello.epoch == 0) return "a session epoch is at least 1";
     if (bulk) {
-        if (!_session || !(_session->token == hello.token) || _session->epoch != hello.epoch)
+        if (!_session || !(_session->token == hello.token) || (!dialled && _session->epoch != hello.epoch))
             return "there is no session that this bulk connection belongs to";
         if (_session->bulk != 0) return "this session has a bulk connection already";
         return {};
@@ -110,11 +125,11 @@ std::string ServerNode::objection(const wire::Hello& hello, bool bulk) const {
 
 void ServerNode::greeted(ConnectionId connection, Peer& peer, TimePoint) {
     const wire::Hello& hello = *peer.link.peerHello();
-    if (const std::string reason = objection(hello, peer.link.isBulk()); !reason.empty())
+    if (const std::string reason = objection(hello, peer.link.isBulk(), peer.tag != 0); !reason.empty())
         return peer.link.refuse(reason);
     if (peer.link.isBulk()) {
         _session->bulk = connection;
-        return peer.link.accept(hello.epoch);
+        return peer.link.accept(_session->epoch);
     }
     if (_session) endSession("a newer session of the same client took over");
     _session = Session();  // clang 14 takes the nested class for not default-constructible in emplace()
@@ -201,6 +216,8 @@ Result<void> ServerNode::obey(MessageType type, std::span<const std::byte> paylo
             _events.push_back(JobCancelled{cancel->job, cancel->attempt});
             return {};
         }
+        case MessageType::Heartbeat:
+            return {};  // the client's clock and screen are nothing to us
         default:
             return failure(fmt::format("a {} message is not for a server", wire::ruleOf(type).name));
     }
@@ -240,7 +257,7 @@ Result<void> ServerNode::frame(std::span<const std::byte> payload) {
 Result<void> ServerNode::addChanges(std::span<const std::byte> part) {
     // An empty part costs memory, too.
     _session->changeBytes += part.size() + sizeof(wire::Bytes);
-    if (_session->changeBytes > wire::kMaxChangeBytes) return failure("a change list is too long");
+    if (_session->changeBytes > _options.identity.maxChangeBytes) return failure("a change list is too long");
     _session->changes.emplace_back(part.begin(), part.end());
     return {};
 }
@@ -266,6 +283,10 @@ void ServerNode::sendReady(std::uint64_t frame, wire::Ready ready) {
     if (_session->shown.size() > kMaxFramesUnderWay) _session->shown.pop_front();
     ready.frame = static_cast<std::uint16_t>(frame);
     send(ready);
+}
+
+void ServerNode::reportSwap(std::uint64_t frame, TimePoint at) {
+    if (Link* link = control()) link->reportSwap(frame, at);
 }
 
 void ServerNode::sendFailed(std::uint64_t frame, const std::string& text) {

@@ -28,6 +28,11 @@ struct Assigned {
     PixelSize wall;
     std::vector<TileAssignment> tiles;
 };
+// The client that is to be dialled has no session for us: once for every reason. It is dialled again, unless the reason
+// is bad input.
+struct ClientUnreachable {
+    Error reason;
+};
 // Draw, after applying the parts of a change list (change_codec.h), which nobody has looked at yet.
 struct FrameRequested {
     std::uint64_t number = 0;
@@ -63,9 +68,9 @@ struct JobCancelled {
 }  // namespace server_event
 
 using ServerEvent = std::variant<server_event::SessionStarted, server_event::SessionEnded, server_event::Assigned,
-                                 server_event::FrameRequested, server_event::SwapRequested, server_event::BlobArrived,
-                                 server_event::DigestAsked, server_event::ExplainAsked, server_event::JobOffered,
-                                 server_event::JobCancelled>;
+                                 server_event::ClientUnreachable, server_event::FrameRequested,
+                                 server_event::SwapRequested, server_event::BlobArrived, server_event::DigestAsked,
+                                 server_event::ExplainAsked, server_event::JobOffered, server_event::JobCancelled>;
 
 struct ServerNodeOptions {
     wire::Hello identity;  // name, build, type signature, GL and CPU; role and channel are set here
@@ -97,6 +102,8 @@ class ServerNode final : public LinkedEndpoint {
 
     // Answers; without a session they do nothing. frame is the number that was requested.
     void sendReady(std::uint64_t frame, wire::Ready ready);
+    // The frame that was to be swapped is on the screen since then.
+    void reportSwap(std::uint64_t frame, TimePoint at);
     void sendFailed(std::uint64_t frame, const std::string& text);
     // Blobs arrive as events. What is on its way already is not asked for again.
     void wantBlobs(const std::vector<wire::BlobRef>& blobs);
@@ -143,8 +150,9 @@ class ServerNode final : public LinkedEndpoint {
     void message(ConnectionId connection, Peer& peer, wire::MessageType type, std::span<const std::byte> payload,
                  TimePoint now) override;
     void linkClosed(ConnectionId connection, Peer& peer, const std::string& reason, TimePoint now) override;
-    // Why this hello is not acceptable; empty when it is.
-    std::string objection(const wire::Hello& hello, bool bulk) const;
+    // Why this hello is not acceptable; empty when it is. dialled: by us; the client cannot know then who does, and its
+    // hello names its newest session.
+    std::string objection(const wire::Hello& hello, bool bulk, bool dialled) const;
     Result<void> obey(wire::MessageType type, std::span<const std::byte> payload);
     Result<void> frame(std::span<const std::byte> payload);
     Result<void> addChanges(std::span<const std::byte> part);
@@ -154,6 +162,7 @@ class ServerNode final : public LinkedEndpoint {
     void ended(const std::string& reason);
     Link* control();
     void fillBulk();
+    void unreachable(Error reason, TimePoint now);
 
     ServerNodeOptions _options;
     std::optional<Session> _session;
@@ -161,6 +170,7 @@ class ServerNode final : public LinkedEndpoint {
     bool _leaving = false;
     bool _dialling = false;
     ConnectionId _dialledControl = 0;
+    std::string _lastUnreachable;
     TimePoint _redialAt;
 };
 

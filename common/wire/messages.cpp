@@ -19,7 +19,7 @@ constexpr MessageRule kRules[kMessageTypes] = {
     {"Hello",        4 * kKiB - kHeaderBytes,     kYes, kYes, kYes, kYes},
     {"Welcome",      0,                           kYes, kYes, kYes, kYes},
     {"Refuse",       1 * kKiB,                    kYes, kYes, kYes, kYes},
-    {"Heartbeat",    0,                           kYes, kYes, kYes, kNo},
+    {"Heartbeat",    18 * Heartbeat::kMaxSwaps + 32, kYes, kYes, kYes, kNo},
     {"Goodbye",      1 * kKiB,                    kYes, kYes, kYes, kYes},
     {"Assign",       64 * kKiB,                   kYes, kNo,  kYes, kNo},
     {"Changes",      kChunkBytes,                 kYes, kNo,  kYes, kNo},
@@ -94,6 +94,7 @@ std::uint64_t inSteps(double milliseconds, std::uint64_t limit) {
 }
 
 enum FrameFlags : std::uint8_t { kWantPixels = 1, kFromNothing = 2, kTime = 4, kViews = 8, kWantCost = 16 };
+enum HeartbeatFlags : std::uint8_t { kWantsAnswer = 1, kEcho = 2 };
 
 }  // namespace
 
@@ -125,6 +126,50 @@ Header decodeHeader(std::span<const std::byte, kHeaderBytes> bytes) {
     return header;
 }
 
+std::string capabilityNames(std::uint64_t capabilities) {
+    constexpr std::string_view kNames[] = {"pixels", "swap times", "jobs"};
+    std::string names;
+    for (std::size_t bit = 0; bit < 64; ++bit) {
+        if (!(capabilities >> bit & 1)) continue;
+        if (!names.empty()) names += ", ";
+        names += bit < std::size(kNames) ? std::string(kNames[bit]) : fmt::format("capability {}", bit);
+    }
+    return names;
+}
+
+void Heartbeat::write(Writer& writer) const {
+    UMBRIEL_ASSERT(swaps.size() <= kMaxSwaps, "senders keep the newest");
+    writer.u8(static_cast<std::uint8_t>((wantsAnswer ? kWantsAnswer : 0) | (echo ? kEcho : 0)));
+    writer.u64(static_cast<std::uint64_t>(sent));
+    if (echo) {
+        writer.u64(static_cast<std::uint64_t>(echo->sent));
+        writer.u64(static_cast<std::uint64_t>(echo->received));
+    }
+    writer.varint(swaps.size());
+    for (const Swap& swap : swaps) {
+        writer.varint(swap.frame);
+        writer.u64(static_cast<std::uint64_t>(swap.at));
+    }
+}
+Heartbeat Heartbeat::read(Reader& reader) {
+    Heartbeat heartbeat;
+    const std::uint8_t flags = reader.u8();
+    if (flags & ~(kWantsAnswer | kEcho)) reader.fail("a heartbeat's flags are unknown");
+    heartbeat.wantsAnswer = flags & kWantsAnswer;
+    heartbeat.sent = static_cast<std::int64_t>(reader.u64());
+    if (flags & kEcho) {
+        const auto sent = static_cast<std::int64_t>(reader.u64());
+        heartbeat.echo = Echo{sent, static_cast<std::int64_t>(reader.u64())};
+    }
+    const std::size_t count = reader.count(9, kMaxSwaps);
+    heartbeat.swaps.reserve(count);
+    for (std::size_t i = 0; i < count && reader.ok(); ++i) {
+        const std::uint64_t frame = reader.varint();
+        heartbeat.swaps.push_back({frame, static_cast<std::int64_t>(reader.u64())});
+    }
+    return heartbeat;
+}
+
 void Hello::write(Writer& writer) const {
     writer.u32(kMagic);
     writer.u16(version);
@@ -138,6 +183,7 @@ void Hello::write(Writer& writer) const {
     writer.u32(epoch);
     writer.u64(typeSignature);
     writer.u64(capabilities);
+    writer.u64(needs);
     writer.u64(maxChangeBytes);
     writer.u64(maxBlobBytes);
     writer.text(glRenderer);
@@ -166,6 +212,7 @@ Hello Hello::read(Reader& reader) {
     hello.epoch = reader.u32();
     hello.typeSignature = reader.u64();
     hello.capabilities = reader.u64();
+    hello.needs = reader.u64();
     hello.maxChangeBytes = reader.u64();
     hello.maxBlobBytes = reader.u64();
     hello.glRenderer = readLabel(reader, kMaxText);

@@ -40,6 +40,16 @@ enum class MessageType : std::uint8_t {
 };
 inline constexpr std::uint8_t kMessageTypes = static_cast<std::uint8_t>(MessageType::JobDone);
 
+// What a program can do for its peer beyond what every version of the protocol demands; bits of Hello::capabilities.
+enum Capability : std::uint64_t {
+    kReturnsPixels = 1,  // a server answers a frame that wants pixels with them
+    kReportsSwaps = 2,   // its heartbeats say when it showed which frame
+    kWorksOnJobs = 4     // it takes offers of jobs
+};
+inline constexpr std::uint64_t kKnownCapabilities = kReturnsPixels | kReportsSwaps | kWorksOnJobs;
+// "pixels, jobs"; unknown ones by number.
+std::string capabilityNames(std::uint64_t capabilities);
+
 enum class Role : std::uint8_t { Client, Server };
 enum class Channel : std::uint8_t { Control, Bulk };
 
@@ -87,7 +97,9 @@ struct Hello {
     Token token;                      // of the session; a server's control connection leaves it 0
     std::uint32_t epoch = 0;          // of the session, from 1; a server's control connection leaves it 0
     std::uint64_t typeSignature = 0;  // TypeRegistry::signature()
-    std::uint64_t capabilities = 0;   // bits; none defined yet, unknown ones are ignored
+    std::uint64_t capabilities = 0;   // what the sender can do; unknown ones are ignored
+    std::uint64_t needs = 0;          // what the receiver must be able to do; unknown ones it cannot
+    // What the sender takes of one frame's changes and of one blob; the receiver sends no more.
     std::uint64_t maxChangeBytes = kMaxChangeBytes;
     std::uint64_t maxBlobBytes = kMaxBlobBytes;
     std::string glRenderer;           // servers: bit-equal pictures are promised among equal ones only
@@ -122,10 +134,26 @@ using Refuse = TextMessage<MessageType::Refuse, 1000>;
 using Goodbye = TextMessage<MessageType::Goodbye, 1000>;
 using ExplainReply = TextMessage<MessageType::ExplainReply, 1 << 20>;
 
+// Somebody is there. Times are nanoseconds on the clock of who read them, from whatever beginning.
 struct Heartbeat {
     static constexpr MessageType kType = MessageType::Heartbeat;
-    void write(Writer&) const {}
-    static Heartbeat read(Reader&) { return {}; }
+    static constexpr std::size_t kMaxSwaps = 512;
+    // Of a heartbeat that asked for an answer, which this is.
+    struct Echo {
+        std::int64_t sent = 0;      // as it said
+        std::int64_t received = 0;  // on the clock of who answers
+    };
+    struct Swap {
+        std::uint64_t frame = 0;
+        std::int64_t at = 0;
+    };
+    std::int64_t sent = 0;
+    bool wantsAnswer = false;
+    std::optional<Echo> echo;
+    std::vector<Swap> swaps;  // of servers: what was shown since the last one
+
+    void write(Writer& writer) const;
+    static Heartbeat read(Reader& reader);
 };
 
 // The parts of the wall that the server draws from now on.

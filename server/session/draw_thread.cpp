@@ -69,9 +69,10 @@ void DrawThread::perform(std::uint64_t session, draw_task::Draw& task) {
     _answer(session, draw_result::Tiles{task.frame, std::move(*tiles)});
 }
 
-void DrawThread::perform(std::uint64_t, draw_task::Swap& task) {
+void DrawThread::perform(std::uint64_t session, draw_task::Swap& task) {
     // Headless: what would be shown is what was drawn last.
     _shownFrame = task.frame;
+    _answer(session, draw_result::Shown{task.frame, SteadyClock().now()});
     log::write(log::Level::Trace, fmt::format("shows frame {}", _shownFrame));
 }
 

@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/base/clock.h"
 #include "common/scene/aspect.h"
 #include "common/scene/digest.h"
 #include "common/wire/messages.h"
@@ -51,6 +52,10 @@ struct Ready {
     std::uint64_t frame = 0;
     wire::Ready ready;
 };
+struct Shown {
+    std::uint64_t frame = 0;
+    TimePoint at;
+};
 struct Failed {
     std::uint64_t frame = 0;
     std::string text;
@@ -66,8 +71,8 @@ struct Explanation {
     std::string text;
 };
 }  // namespace draw_result
-using DrawResult = std::variant<draw_result::Applied, draw_result::Ready, draw_result::Failed, draw_result::Tiles,
-                                draw_result::Digests, draw_result::Explanation>;
+using DrawResult = std::variant<draw_result::Applied, draw_result::Ready, draw_result::Shown, draw_result::Failed,
+                                draw_result::Tiles, draw_result::Digests, draw_result::Explanation>;
 
 // Tasks for the drawing thread, in order. Bounded: the protocol allows few frames under way, so more is our own error.
 class DrawQueue {

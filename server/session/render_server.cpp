@@ -34,6 +34,9 @@ protocol::ServerNodeOptions nodeOptions(const RenderServerOptions& options, cons
     node.identity.glRenderer = options.glRenderer.substr(0, wire::Hello::kMaxText);
     node.identity.glVersion = options.glVersion.substr(0, wire::Hello::kMaxText);
     node.identity.cpu = options.cpu.substr(0, wire::Hello::kMaxText);
+    node.identity.capabilities = wire::kReturnsPixels | wire::kReportsSwaps;
+    if (!options.jobs.empty()) node.identity.capabilities |= wire::kWorksOnJobs;
+    node.identity.maxBlobBytes = std::min(wire::kMaxBlobBytes, options.blobBudgetBytes);
     node.dialHost = options.dialHost;
     node.dialPort = options.dialPort;
     return node;
@@ -69,6 +72,7 @@ struct RenderServer::Implementation {
     std::deque<WaitingJob> waitingJobs;  // for blobs
     std::unique_ptr<JobQueue> jobs;      // posts to the pump until it is gone
     std::unique_ptr<BlobLibrarian> librarian;  // likewise; null without a folder
+    std::optional<Error> error;      // why it makes no sense to go on
     bool leaving = false;
     std::promise<void> left;     // when the last connection is closed
 
@@ -111,6 +115,11 @@ struct RenderServer::Implementation {
         jobs->cancelAll();
         jobs->takeEvents();  // nobody is there to hear of them
         if (options.once && !node.hasSession()) queue.push({session, draw_task::Stop{}});
+    }
+    void handle(event::ClientUnreachable& unreachable) {
+        if (unreachable.reason.kind != Error::Kind::BadInput) return log::warning(unreachable.reason.message);
+        error = std::move(unreachable.reason);
+        queue.push({session, draw_task::Stop{}});
     }
     void handle(event::Assigned& assigned) { push(draw_task::Assign{std::move(assigned.tiles)}); }
     void handle(event::FrameRequested& frame) { frames.push_back(std::move(frame)); }
@@ -229,7 +238,7 @@ struct RenderServer::Implementation {
             if (frame.fromNothing) draw.emptied = emptyScene();
             for (const wire::Bytes& part : frame.changes)
                 if (const auto applied = decoder->apply(part, blobs); !applied) return node.endSession(applied.error().message);
-            draw.changes = incoming.commit();
+            if (!frame.changes.empty()) draw.changes = incoming.commit();
             blobs.trim();
             frames.pop_front();
             incomingBusy = !draw.changes.empty() || !draw.emptied.empty();
@@ -262,6 +271,8 @@ struct RenderServer::Implementation {
         }
         if (ofSession != session || !inSession) return;
         if (auto* ready = std::get_if<draw_result::Ready>(&result)) node.sendReady(ready->frame, ready->ready);
+        else if (auto* shown = std::get_if<draw_result::Shown>(&result))
+            node.reportSwap(shown->frame, shown->at);
         else if (auto* failed = std::get_if<draw_result::Failed>(&result)) node.sendFailed(failed->frame, failed->text);
         else if (auto* tiles = std::get_if<draw_result::Tiles>(&result)) node.sendTiles(tiles->frame, std::move(tiles->tiles));
         else if (auto* digests = std::get_if<draw_result::Digests>(&result)) node.sendDigests(digests->reply);
@@ -282,9 +293,8 @@ struct RenderServer::Implementation {
             if (options.listening) options.listening(*port);
         }
         std::thread network([this] { pump.run(); });
-        DrawThread drawing(types, renderer, queue, [this](std::uint64_t of, DrawResult result) {
-            answer(of, std::move(result));
-        });
+        DrawThread drawing(types, renderer, queue,
+                           [this](std::uint64_t of, DrawResult result) { answer(of, std::move(result)); });
         drawing.run();
         pump.post([this] {
             leaving = true;
@@ -293,6 +303,7 @@ struct RenderServer::Implementation {
         left.get_future().wait_for(std::chrono::seconds(2));  // last words need a moment to be written
         pump.stop();
         network.join();
+        if (error) return *error;
         return {};
     }
 };

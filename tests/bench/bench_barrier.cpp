@@ -1,6 +1,7 @@
 // What a frame's barrier costs, by number of servers (real processes on this machine), an idle scene: against the same
 // messages in a plain loop between the same number of processes.
-// Arguments: --json, --servers 1,2,4,..., --frames N, --rounds N, --gl-up-to N (servers with OpenGL contexts).
+// Arguments: --json, --servers 1,2,4,..., --frames N, --rounds N, --gl-up-to N (servers with OpenGL contexts),
+// --only plain|network|draw (one loop for a profiler: no ratios).
 
 #include <filesystem>
 #include <future>
@@ -86,6 +87,7 @@ class NetworkLoop {
  public:
     NetworkLoop(int servers, const TypeRegistry& types)
         : _processes(start("network", servers)),
+          _views(wire::encodeViews(viewsOf(servers))),
           _client(options(servers, types, _processes.ports), SteadyClock().now()),
           _pump(_client, false) {
         _pump.onTurn([this] { turn(); });
@@ -133,7 +135,7 @@ class NetworkLoop {
         protocol::OutgoingFrame frame;
         frame.number = ++_frame;
         frame.fromNothing = _frame == 1;
-        frame.views = wire::encodeViews(viewsOf(static_cast<int>(_processes.ports.size())));
+        frame.views = _views;
         _start = bench::secondsNow();
         _running = true;
         _client.beginFrame(std::move(frame), SteadyClock().now());
@@ -158,6 +160,7 @@ class NetworkLoop {
     }
 
     Processes _processes;
+    wire::Bytes _views;
     protocol::ClusterClient _client;
     net::AsioPump _pump;
     std::thread _thread;
@@ -210,6 +213,7 @@ int main(int argc, char** argv) {
     const int frames = std::stoi(bench::option(argc, argv, "--frames", "2000"));
     const int rounds = std::stoi(bench::option(argc, argv, "--rounds", "5"));
     const int glUpTo = std::stoi(bench::option(argc, argv, "--gl-up-to", "4"));
+    const std::string only = bench::option(argc, argv, "--only", "");
     TypeRegistry types;
     registerCoreTypes(types);
     std::istringstream counts(bench::option(argc, argv, "--servers", "1,2,4,8,16,48"));
@@ -218,6 +222,14 @@ int main(int argc, char** argv) {
         const auto name = [&](const char* what) {
             return fmt::format("barrier, {} server{}: {}", servers, servers == 1 ? "" : "s", what);
         };
+        if (!only.empty()) {
+            double seconds = 0.0;
+            if (only == "plain") seconds = PlainLoop(servers).run(frames);
+            if (only == "network") seconds = NetworkLoop(servers, types).run(frames);
+            if (only == "draw") seconds = ClusterLoop(servers, types, "bench_server").run(frames);
+            report.figure(name(only.c_str()), seconds * 1e6, "us");
+            continue;
+        }
         PlainLoop plain(servers);
         NetworkLoop network(servers, types);
         ClusterLoop draw(servers, types, "bench_server");

@@ -104,7 +104,7 @@ class NetworkServer {
             for (const wire::Bytes& part : frame->changes)
                 if (const auto done = _decoder.apply(part, _blobs); !done)
                     return _node.endSession(done.error().message);
-            _digest.update(_scene.commit(), _scene);
+            if (!frame->changes.empty()) _digest.update(_scene.commit(), _scene);
             wire::Ready ready;
             ready.digest = _digest.total();
             _node.sendReady(frame->number, ready);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <memory>
 #include <set>
 #include <string>
@@ -43,11 +44,13 @@ class VirtualServer {
 
     protocol::ServerNode node;
     std::vector<std::string> clients;    // whose sessions started
+    std::vector<std::string> unreachable;  // why the client it dials has no session for it
     std::vector<std::string> endings;    // reasons of sessions that ended
     std::vector<std::uint64_t> swapped;  // frames shown
     std::uint64_t lastDigest = 0;
     std::uint64_t blobsReceived = 0;
     std::vector<TileAssignment> tiles;
+    std::function<void(std::uint64_t)> whenSwapped;
     bool stalled = false;  // draws nothing, yet its network lives
     std::uint64_t corruptDigestBy = 0;
     std::vector<protocol::server_event::JobOffered> jobs;
@@ -62,6 +65,8 @@ class VirtualServer {
             } else if (auto* ended = std::get_if<event::SessionEnded>(&*next)) {
                 endings.push_back(ended->reason);
                 _frames.clear();
+            } else if (auto* refused = std::get_if<event::ClientUnreachable>(&*next)) {
+                unreachable.push_back(refused->reason.message);
             } else if (auto* assigned = std::get_if<event::Assigned>(&*next)) {
                 tiles = assigned->tiles;
             } else if (auto* frame = std::get_if<event::FrameRequested>(&*next)) {
@@ -69,6 +74,8 @@ class VirtualServer {
                 _asked = false;
             } else if (auto* swap = std::get_if<event::SwapRequested>(&*next)) {
                 swapped.push_back(swap->frame);
+                node.reportSwap(swap->frame, _network.now(node));
+                if (whenSwapped) whenSwapped(swap->frame);
             } else if (auto* arrived = std::get_if<event::BlobArrived>(&*next)) {
                 ++blobsReceived;
                 _blobs.put(std::move(arrived->blob));

@@ -92,6 +92,186 @@ TEST_F(Handshake, TheClientSaysWhatIsWrongToo) {
     EXPECT_TRUE(has(text, "version 2") && has(text, "version 1")) << text;
 }
 
+TEST_F(Handshake, WhatOnePartnerNeedsTheOtherMustBeAbleToDo) {
+    auto options = VirtualClient::options("desk", types, {"left"});
+    options.identity.needs = wire::kReturnsPixels | wire::kWorksOnJobs | std::uint64_t{1} << 40;
+    const std::string text = connectError(options);
+    EXPECT_TRUE(has(text, "server 'left' (build test) cannot do what client 'desk' needs: pixels, jobs, capability 40"))
+        << text;
+
+    wire::Hello able = hello();
+    able.capabilities = ~std::uint64_t{0};  // of a later build: what nobody needs does not matter
+    auto stranger = network.dial("left", 7420);
+    stranger.send(framed(able, 0, 0));
+    network.run(10ms);
+    EXPECT_EQ(test::heard(stranger.answer()).types.back(), MessageType::Welcome);
+    stranger.close();
+    network.run(10ms);
+
+    auto needy = VirtualServer::options("needy", types);
+    needy.identity.needs = wire::kReportsSwaps;
+    VirtualServer server(needy, types, network);
+    network.listen(server.node, "needy", 7420);
+    const std::string other = connectError(VirtualClient::options("desk", types, {"needy"}));
+    EXPECT_TRUE(has(other, "client 'desk' (build test) cannot do what server 'needy' needs: swap times")) << other;
+}
+
+TEST_F(Handshake, LimitsAreStatedAndKept) {
+    wire::Hello small = hello();
+    small.maxBlobBytes = 1000;
+    const auto answer = answerTo(framed(small, 0, 0));
+    EXPECT_TRUE(has(answer.lastText, "client 'stranger' takes 1000 bytes of a blob, at least 1048576 are needed"))
+        << answer.lastText;
+
+    auto limited = VirtualServer::options("limited", types);
+    limited.identity.maxBlobBytes = 1 << 20;
+    limited.identity.maxChangeBytes = 2 << 20;
+    VirtualServer server(limited, types, network);
+    network.listen(server.node, "limited", 7420);
+    for (const std::size_t vertices : {80'000u, 100'000u}) {
+        VirtualClient client(VirtualClient::options("desk", types, {"limited"}), types, network);
+        ASSERT_TRUE(client.settle());
+        const auto geometry = client.scene.create<Geometry>();
+        client.scene.edit(geometry).assign<&Geometry::positions>(std::vector<glm::vec3>(vertices, glm::vec3(1.0f)));
+        client.begin();
+        ASSERT_TRUE(client.settle());
+        EXPECT_EQ(client.errorText(), vertices == 80'000u
+                                          ? ""
+                                          : "server 'limited' at limited:7420 takes blobs of 1048576 bytes, the scene "
+                                            "has one of 1200000");
+        network.remove(client.client);
+        network.run(10ms);
+    }
+}
+
+// A client that servers dial.
+struct DialledClient : Handshake {
+    protocol::ClusterClientOptions options = VirtualClient::options("desk", types, {"one", "two"});
+    std::optional<VirtualClient> client;
+    DialledClient() {
+        for (auto& server : options.servers) server.host.clear();
+    }
+    void start() {
+        client.emplace(options, types, network);
+        network.listen(client->client, "desk", 7421);
+    }
+    std::unique_ptr<VirtualServer> server(const std::string& name) {
+        auto server = VirtualServer::options(name, types);
+        server.dialHost = "desk";
+        server.dialPort = 7421;
+        return std::make_unique<VirtualServer>(server, types, network);
+    }
+    test::Heard clientsAnswerTo(const wire::Bytes& bytes) {
+        auto stranger = network.dial("desk", 7421);
+        stranger.send(bytes);
+        network.run(10ms);
+        EXPECT_TRUE(stranger.isClosed());
+        return test::heard(stranger.answer());
+    }
+    bool draws() {
+        client->begin();
+        return client->settle() && client->errorText().empty();
+    }
+    wire::Hello serverHello(const std::string& name) {
+        wire::Hello hello = test::identityOf(name, types);
+        hello.role = wire::Role::Server;
+        return hello;
+    }
+};
+
+TEST_F(DialledClient, TakesServersByTheirNames) {
+    start();
+    const auto two = server("two");
+    network.run(1s);
+    EXPECT_TRUE(client->client.isBusy()) << "it waits for the other";
+    const auto one = server("one");
+    ASSERT_TRUE(client->settle());
+    ASSERT_TRUE(draws());
+    EXPECT_EQ(one->tiles[0].tile, 0u);
+    EXPECT_EQ(two->tiles[0].tile, 1u);
+    const auto twin = server("one");
+    const auto stranger = server("three");
+    network.run(2s);
+    EXPECT_TRUE(twin->clients.empty() && stranger->clients.empty());
+    ASSERT_EQ(twin->unreachable.size(), 1u) << "said once, however often it dials";
+    EXPECT_TRUE(has(twin->unreachable[0], "client 'desk' has a server 'one' already")) << twin->unreachable[0];
+    EXPECT_TRUE(has(stranger->unreachable[0], "client 'desk' does not wait for a server 'three'"))
+        << stranger->unreachable[0];
+    EXPECT_TRUE(draws());
+}
+
+TEST_F(DialledClient, GivesAServerThatComesBackItsPlace) {
+    for (auto& server : options.servers) server.name.clear();
+    options.policy = protocol::FailurePolicy::Degrade;
+    start();
+    auto a = server("a");
+    network.run(100ms);
+    auto b = server("b");
+    ASSERT_TRUE(client->settle());
+    ASSERT_TRUE(draws());
+    EXPECT_EQ(a->tiles[0].tile, 0u);
+    network.remove(a->node);
+    network.remove(b->node);
+    for (int i = 0; i < 5; ++i) ASSERT_TRUE(draws());
+    b = server("b");
+    a = server("a");
+    const TimePoint back = network.now();
+    while (!client->client.isWhole() && network.now() - back < 2s) ASSERT_TRUE(draws());
+    EXPECT_TRUE(client->client.isWhole());
+    EXPECT_EQ(a->tiles[0].tile, 0u);
+    EXPECT_EQ(b->tiles[0].tile, 1u);
+}
+
+TEST_F(DialledClient, RefusesWhatDoesNotFitAndGoesOn) {
+    start();
+    const auto one = server("one"), two = server("two");
+    ASSERT_TRUE(client->settle());
+    wire::Hello other = serverHello("one");
+    other.version = 77;
+    EXPECT_TRUE(has(clientsAnswerTo(framed(other, 0, 0)).lastText, "version 77"));
+    other = serverHello("one");
+    other.typeSignature ^= 1;
+    EXPECT_TRUE(has(clientsAnswerTo(framed(other, 0, 0)).lastText, "scene types"));
+    other = serverHello("one");
+    other.channel = wire::Channel::Bulk;
+    other.token = {4, 4};
+    EXPECT_TRUE(has(clientsAnswerTo(framed(other, 0, 0)).lastText, "no session that this bulk connection belongs to"));
+    other.role = wire::Role::Client;
+    EXPECT_TRUE(has(clientsAnswerTo(framed(other, 0, 0)).lastText, "both sides are clients"));
+    wire::Bytes tooLong(wire::kHeaderBytes);
+    wire::encodeHeader({5000, 1, 0, 0}, std::span(tooLong).first<wire::kHeaderBytes>());
+    EXPECT_TRUE(has(clientsAnswerTo(tooLong).lastText, "5000 bytes"));
+    EXPECT_TRUE(has(clientsAnswerTo(framed(wire::Ready{}, 0, 0)).lastText, "first message is not a hello"));
+    EXPECT_TRUE(draws());
+}
+
+TEST_F(DialledClient, KeepsOnlySoManyStrangers) {
+    start();
+    const auto one = server("one"), two = server("two");
+    ASSERT_TRUE(client->settle());
+    std::vector<net::MemoryNetwork::Stranger> strangers;
+    for (int i = 0; i < 100; ++i) strangers.push_back(network.dial("desk", 7421));
+    network.run(10ms);
+    const auto open =
+        std::count_if(strangers.begin(), strangers.end(), [](const auto& one) { return !one.isClosed(); });
+    EXPECT_GT(open, 0);
+    EXPECT_LE(open, 4 * 2 + 17);
+    EXPECT_TRUE(draws());
+    network.run(5100ms);
+    for (const auto& stranger : strangers) EXPECT_TRUE(stranger.isClosed()) << "a handshake has 5 s";
+}
+
+TEST_F(Handshake, BytesThatDripDoNotPutTheHandshakesEndOff) {
+    auto stranger = network.dial("left", 7420);
+    const wire::Bytes bytes = framed(hello(), 0, 0);
+    for (std::size_t i = 0; i < 20 && !stranger.isClosed(); ++i) {
+        stranger.send(std::span(bytes).subspan(i, 1));
+        network.run(300ms);
+    }
+    EXPECT_TRUE(stranger.isClosed());
+    EXPECT_TRUE(has(test::heard(stranger.answer()).lastText, "did not complete the handshake within 5.0 s"));
+}
+
 TEST_F(Handshake, AServerThatIsNotThereIsNamedWithinTheConnectTimeout) {
     auto options = VirtualClient::options("desk", types, {"left"});
     options.servers.push_back({"right", "nowhere", 1234, {}});
