@@ -109,6 +109,7 @@ class Session {
         SceneArguments scene = arguments.scene;
         scene.model = nameOf(which.model);
         scene.shading = nameOf(which.shading);
+        scene.shadow = "none";  // not even those that are stored for the scene
         auto setup = checkSceneArguments(scene);
         if (!setup) return setup.error();
         auto session = std::unique_ptr<Session>(new Session);
@@ -235,11 +236,12 @@ int runModels(const ModelsArguments& arguments, const std::filesystem::path& ser
     if (!arguments.scene.model.empty() || !arguments.scene.shading.empty())
         return exitCodeOf(
             badInput("umbriel models draws every model and frequency: --model and --shading have no place"));
-    if (arguments.scene.shadow != "none" || !arguments.scene.fog.empty() || !arguments.scene.stereo.empty() ||
-        arguments.scene.samples != 1 || arguments.scene.latency != 0)
+    const bool hasShadows = arguments.scene.shadow != "none" && arguments.scene.shadow != "auto";
+    if (hasShadows || !arguments.scene.fog.empty() || !arguments.scene.stereo.empty() ||
+        !arguments.scene.environment.empty() || arguments.scene.samples != 1 || arguments.scene.latency != 0)
         return exitCodeOf(
-            badInput("umbriel models compares with a truth that has no shadows, fog, second eye, further "
-                     "samples or latency: leave those options away"));
+            badInput("umbriel models compares with a truth that has no shadows, fog, environment, second "
+                     "eye, further samples or latency: leave those options away"));
     if (arguments.frames < 1 || arguments.frames > 1000)
         return exitCodeOf(badInput(fmt::format("--frames {}: expected 1 to 1000", arguments.frames)));
     if (!arguments.out.empty() && std::filesystem::path(arguments.out).extension() != ".png")
