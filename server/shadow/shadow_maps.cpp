@@ -108,6 +108,11 @@ void ShadowMaps::end() {
     glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
+std::uint64_t ShadowMaps::bytes() const {
+    const std::uint64_t blocks = _boundsBlock > 0 ? (_mapSize + _boundsBlock - 1) / _boundsBlock : 0;
+    return (std::uint64_t{_mapSize} * _mapSize * 4 + blocks * blocks * 16) * _framebuffers.size();
+}
+
 void ShadowMaps::bind(GLuint unit, GLuint boundsUnit) const {
     glBindTextureUnit(unit, _texture.id());
     if (_boundsBlock > 0) glBindTextureUnit(boundsUnit, _bounds.id());

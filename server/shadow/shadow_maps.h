@@ -28,6 +28,8 @@ class ShadowMaps {
     // After a layer was drawn.
     Result<void> fillBounds(std::uint32_t layer, const ShadowFit& fit, ShadowPainter& painter);
     void bind(GLuint unit, GLuint boundsUnit) const;
+    // Of the maps and their bounds.
+    std::uint64_t bytes() const;
 
 
  private:
