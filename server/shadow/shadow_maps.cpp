@@ -72,8 +72,9 @@ Result<void> ShadowMaps::fillBounds(std::uint32_t layer, const ShadowFit& fit, S
     glDisable(GL_DEPTH_TEST);
     glDisable(GL_BLEND);
     glBindTextureUnit(0, _texture.id());
-    auto filled = painter.fill("stage/shadow_bounds.frag.glsl",
-                               {static_cast<int>(layer), static_cast<int>(_boundsBlock), static_cast<int>(fit.mapSize), 0});
+    auto filled =
+        painter.fill("stage/shadow_bounds.frag.glsl",
+                     {static_cast<int>(layer), static_cast<int>(_boundsBlock), static_cast<int>(fit.mapSize), 0});
     glEnable(GL_SCISSOR_TEST);
     return filled;
 }
