@@ -183,8 +183,9 @@ ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& li
             add(fitSpot(light.positionWorld, light.directionWorld, outer, spot->range, sceneBounds, views, own));
         } else if (light.kind == LightKind::Point || light.kind == LightKind::Goniometric) {
             const PointLight* point = aspect.findAs<PointLight>(light.core);
-            const double range = point ? point->range : aspect.findAs<GoniometricLight>(light.core)->range;
-            own.filter.lightSize = request.lightSize >= 0.0f ? request.lightSize : sizeOr(point ? point->radius : 0.0);
+            const double range = point ? point->range.get() : aspect.findAs<GoniometricLight>(light.core)->range.get();
+            own.filter.lightSize =
+                request.lightSize >= 0.0f ? request.lightSize : sizeOr(point ? point->radius.get() : 0.0f);
             const double radius = 0.5 * sceneBounds.diagonal();
             const glm::dvec3 towards = sceneBounds.centre() - light.positionWorld;
             const double sine = radius / glm::length(towards);
