@@ -384,16 +384,22 @@ Result<void> TradeBench::time(std::vector<TradeRow>& rows, int frames) {
     };
     std::vector<Samples> samples(rows.size());
     const std::uint32_t colour = static_cast<std::uint32_t>(Layer::Colour);
-    // One untimed frame each, so that no shader is compiled and no map made while the clock runs.
+    // Every frame draws its maps, as while things move, unless the setting says otherwise.
+    const auto applyForCost = [&](const TradeRow& row) -> Result<void> {
+        for (const Ref<Viewport>& viewport : scene().get(stage().window).viewports.toVector())
+            scene().edit(viewport).set<&Viewport::reuseMaps>(false);
+        return applySetting(scene(), stage().window, row.setting);
+    };
+    // One untimed frame each, so that no shader is compiled while the clock runs.
     for (TradeRow& row : rows) {
-        if (const auto set = applySetting(scene(), stage().window, row.setting); !set) return set.error();
+        if (const auto set = applyForCost(row); !set) return set.error();
         if (const auto drawn = draw(colour, false); !drawn) return drawn.error();
     }
     const int turns = std::max(1, (frames + kTurn - 1) / kTurn);
     for (int turn = 0; turn < turns; ++turn) {
         double reference = 0.0;
         for (std::size_t i = 0; i < rows.size(); ++i) {
-            if (const auto set = applySetting(scene(), stage().window, rows[i].setting); !set) return set.error();
+            if (const auto set = applyForCost(rows[i]); !set) return set.error();
             std::vector<double> ofTurn;
             for (int frame = -1; frame < kTurn; ++frame) {
                 FrameReport report;

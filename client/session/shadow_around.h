@@ -8,9 +8,9 @@ namespace umbriel {
 
 // Maps all around a point light, the same whoever looks.
 
-// Six maps of 90 degrees and a border each: the border holds what the neighbouring face's texels hold, so that a surface
-// moved by the biases, and a filter, stay on the face that its unmoved place chose. Axes of the world; the fits' parts are
-// +x, -x, +y, -y, +z, -z. range: metres, 0: unlimited. None when the scene is empty or out of reach.
+// Six maps of 90 degrees and a border each: the border holds what the neighbouring face's texels hold, so that a
+// surface moved by the biases, and a filter, stay on the face that its unmoved place chose. Axes of the world; the
+// fits' parts are +x, -x, +y, -y, +z, -z. range: metres, 0: unlimited. None when the scene is empty or out of reach.
 std::vector<ShadowFit> fitCube(const glm::dvec3& positionWorld, double range, const Box3d& sceneBounds,
                                const ShadowFitRequest& request);
 

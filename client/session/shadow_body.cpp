@@ -131,8 +131,7 @@ std::optional<LightBody> spotBody(const glm::dvec3& positionWorld, const glm::dv
     const auto worldFromLight = worldFromLightOf(directionWorld);
     if (sceneBounds.empty() || !worldFromLight || !isFinite(positionWorld) || !(outerAngle > 0.0)) return std::nullopt;
     Span depth;
-    for (int i = 0; i < 8; ++i)
-        depth.include(-((sceneBounds.corner(i) - positionWorld) * *worldFromLight).z);
+    for (int i = 0; i < 8; ++i) depth.include(-((sceneBounds.corner(i) - positionWorld) * *worldFromLight).z);
     LightBody result;
     result.perspective = true;
     result.worldFromLight = *worldFromLight;
@@ -213,7 +212,8 @@ std::optional<ShadowFit> composeFit(const LightBody& body, glm::dmat3 h, const S
     glm::dmat4 clipFromLight(0.0);
     double nearest = body.nearDistance, farthest = body.farDistance;
     if (!body.perspective) {
-        // Casters on the very face of the box must not be clipped by rounding, receivers moved by the biases not either.
+        // Casters on the very face of the box must not be clipped by rounding, receivers moved by the biases not
+        // either.
         const double margin = 1e-3 * (farthest - nearest) + 2.0 * fit.texelSize;
         nearest -= margin;
         farthest += margin;

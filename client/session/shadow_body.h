@@ -14,20 +14,20 @@ namespace umbriel {
 struct LightBody {
     bool perspective = false;
     glm::dmat3 worldFromLight{1.0};
-    glm::dvec3 originWorld{0.0};      // the light; of a directional light a point near the eyes
-    std::vector<glm::dvec3> points;   // corners of what some view sees (or of the whole scene), light frame; in front of
-                                      // a perspective light
-    std::vector<double> eyeDepths;    // of each point along the axis of the view that sees it, metres; empty when no view
-                                      // counts (fit `scene`)
-    double nearDistance = 0.0;        // along -z from the origin; between them lies all that may cast
+    glm::dvec3 originWorld{0.0};     // the light; of a directional light a point near the eyes
+    std::vector<glm::dvec3> points;  // corners of what some view sees (or of the whole scene), light frame; in front of
+                                     // a perspective light
+    std::vector<double> eyeDepths;  // of each point along the axis of the view that sees it, metres; empty when no view
+                                    // counts (fit `scene`)
+    double nearDistance = 0.0;      // along -z from the origin; between them lies all that may cast
     double farDistance = 0.0;
-    double smallest = 0.0;            // a map's least extent across
-    double rim = 0.0;                 // perspective: tangent of the cone's half angle; 0: not limited
+    double smallest = 0.0;  // a map's least extent across
+    double rim = 0.0;       // perspective: tangent of the cone's half angle; 0: not limited
 
     // How the views look, put together: the sum of their unit axes, in the light's frame and divided by their number.
     // Its length says how much they agree: 1 for one view, 0 for views all around.
     glm::dvec3 axisLight{0.0};
-    glm::dvec3 eyeLight{0.0};         // the middle of their eyes
+    glm::dvec3 eyeLight{0.0};  // the middle of their eyes
 
     glm::dvec2 across(const glm::dvec3& point) const {
         return perspective ? glm::dvec2(point) / -point.z : glm::dvec2(point);

@@ -131,8 +131,7 @@ ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std:
         } else {
             filter.blockerSamples = samples("blockerSamples", viewport.blockerSamples, 6u);
             filter.filterSamples = samples("filterSamples", viewport.filterSamples, 8u);
-            filter.maxTexels =
-                std::min(quality * within("maxPenumbra", viewport.maxPenumbra, 0.0f, most, 32.0f), most);
+            filter.maxTexels = std::min(quality * within("maxPenumbra", viewport.maxPenumbra, 0.0f, most, 32.0f), most);
             filter.bilinear = viewport.hardwareFilter;
         }
         request.borderTexels = static_cast<double>(filter.maxTexels);
@@ -173,9 +172,8 @@ ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& li
             own.filter.lightSize = request.lightSize >= 0.0f ? request.lightSize : sizeOr(spot->radius);
             const double outer = spot->outerAngle;
             if (!(outer > 0.0)) {
-                result.messages.push_back(fmt::format(
-                    "spot light {} has a cone of {} degrees and lights nothing", nameOf(aspect, light),
-                    glm::degrees(2.0 * outer)));
+                result.messages.push_back(fmt::format("spot light {} has a cone of {} degrees and lights nothing",
+                                                      nameOf(aspect, light), glm::degrees(2.0 * outer)));
                 continue;
             }
             if (2.0 * outer > kMaxShadowFov)
@@ -185,8 +183,9 @@ ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& li
             add(fitSpot(light.positionWorld, light.directionWorld, outer, spot->range, sceneBounds, views, own));
         } else if (light.kind == LightKind::Point || light.kind == LightKind::Goniometric) {
             const PointLight* point = aspect.findAs<PointLight>(light.core);
-            const double range = point ? point->range : aspect.findAs<GoniometricLight>(light.core)->range;
-            own.filter.lightSize = request.lightSize >= 0.0f ? request.lightSize : sizeOr(point ? point->radius : 0.0);
+            const double range = point ? point->range.get() : aspect.findAs<GoniometricLight>(light.core)->range.get();
+            own.filter.lightSize =
+                request.lightSize >= 0.0f ? request.lightSize : sizeOr(point ? point->radius.get() : 0.0f);
             const double radius = 0.5 * sceneBounds.diagonal();
             const glm::dvec3 towards = sceneBounds.centre() - light.positionWorld;
             const double sine = radius / glm::length(towards);

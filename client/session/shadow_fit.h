@@ -35,8 +35,8 @@ namespace umbriel {
 inline constexpr float kNormalOffset = 0.55f;
 inline constexpr float kConstantBias = 0.1f;
 
-// A point light that sees the scene's sphere within a cone of this half angle has one map, like a spot; nearer and inside
-// it has six.
+// A point light that sees the scene's sphere within a cone of this half angle has one map, like a spot; nearer and
+// inside it has six.
 inline constexpr double kWidestSingle = 1.0471975511965976;  // 60 degrees
 
 // Spot cones wider than this are clamped with a message: tan(87.5 degrees) is 23, beyond it texels are wasted on the
@@ -45,17 +45,17 @@ inline constexpr double kMaxShadowFov = 3.0543261909900767;  // 175 degrees
 
 struct ShadowFitRequest {
     ShadowFitMode fit = ShadowFitMode::Union;
-    std::uint32_t mapSize = 512;  // texels, resolved (resolveMapSize)
-    float offFactor = -1.0f;      // slope bias; negative: automatic
-    float offBias = -1.0f;        // constant bias in texels; negative: automatic
+    std::uint32_t mapSize = 512;             // texels, resolved (resolveMapSize)
+    float offFactor = -1.0f;                 // slope bias; negative: automatic
+    float offBias = -1.0f;                   // constant bias in texels; negative: automatic
     ShadowMode mode = ShadowMode::Standard;  // the module
     ShadowMode map = ShadowMode::Standard;   // whose map it uses: std, psm, lisp or trapez
-    double borderTexels = 0.0;    // around the map, beside what biases need: for filters
-    float range = 0.3f;           // trapezoid
-    float maxSideAngle = 1.5f;    // trapezoid, radians
-    float lispFactor = 1.0f;      // LISP
-    ShadowFilter filter{};        // but for lightSize, which is the light's unless given
-    float lightSize = -1.0f;      // of every light; negative: the light's own
+    double borderTexels = 0.0;               // around the map, beside what biases need: for filters
+    float range = 0.3f;                      // trapezoid
+    float maxSideAngle = 1.5f;               // trapezoid, radians
+    float lispFactor = 1.0f;                 // LISP
+    ShadowFilter filter{};                   // but for lightSize, which is the light's unless given
+    float lightSize = -1.0f;                 // of every light; negative: the light's own
     friend bool operator==(const ShadowFitRequest&, const ShadowFitRequest&) = default;
 };
 
@@ -79,9 +79,9 @@ bool isFitted(ShadowMode mode);
 // A viewport's wishes, with what does not fit together put right; a message for each such thing. mapSize: resolved.
 ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std::vector<std::string>& messages);
 
-// Fits for all lights that cast shadows, ascending by the light's node, which is the fit's id. A point light well outside
-// the sphere around the scene gets a spot's map aimed at it; near and inside it, a cube map, in the warped modes too: a
-// view's direction means nothing all around a light. Messages name the light.
+// Fits for all lights that cast shadows, ascending by the light's node, which is the fit's id. A point light well
+// outside the sphere around the scene gets a spot's map aimed at it; near and inside it, a cube map, in the warped
+// modes too: a view's direction means nothing all around a light. Messages name the light.
 struct ShadowFits {
     std::vector<ShadowFit> fits;
     std::vector<std::string> messages;

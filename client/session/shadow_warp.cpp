@@ -8,16 +8,16 @@ namespace umbriel {
 
 namespace {
 
-// Nobody stands with the nose on a receiver: eye distances below this share of the largest are taken as this. Without it
-// the air before the eye would get most of the map wherever the eye is inside the scene's box.
+// Nobody stands with the nose on a receiver: eye distances below this share of the largest are taken as this. Without
+// it the air before the eye would get most of the map wherever the eye is inside the scene's box.
 constexpr double kNearShare = 1.0 / 16.0;
 // w varies by no more over a map: at 4096 a float's 24 bits leave 12 for the place in it.
 constexpr double kMaxWidening = 256.0;
 
 struct Corner {
-    double x = 0.0, y = 0.0;    // across the light; y along the view's direction, from 0 at the body's near end
-    double depth = 0.0;         // from the eye, metres, not below the near share
-    double scale = 1.0;         // metres per unit across the light
+    double x = 0.0, y = 0.0;  // across the light; y along the view's direction, from 0 at the body's near end
+    double depth = 0.0;       // from the eye, metres, not below the near share
+    double scale = 1.0;       // metres per unit across the light
 };
 
 // The body in a frame turned into the view's direction.
@@ -25,7 +25,7 @@ struct TurnedBody {
     glm::dmat3 turnedFromAcross{1.0};
     glm::dmat3 mapFromTurned{1.0};
     std::vector<Corner> corners;
-    double length = 0.0;        // largest y
+    double length = 0.0;  // largest y
     bool usable = false;
 };
 
@@ -82,8 +82,8 @@ TurnedBody turned(const LightBody& body) {
     const glm::dvec2 u = along / sine;
     // Rows: the new x and y axes.
     result.turnedFromAcross = glm::transpose(glm::dmat3(u.y, -u.x, 0.0, u.x, u.y, 0.0, 0.0, 0.0, 1.0));
-    // The map turns into the view's direction only as far as that direction means something: seen along the light it stays
-    // as the uniform map is. A quarter turn more or less is the same map.
+    // The map turns into the view's direction only as far as that direction means something: seen along the light it
+    // stays as the uniform map is. A quarter turn more or less is the same map.
     const double angle = std::atan2(u.x, u.y);
     const double quarter = std::round(angle / 1.5707963267948966) * 1.5707963267948966;
     const double back = (angle - quarter) * (1.0 - smoothStep(0.02, 0.2, sine));
@@ -133,8 +133,8 @@ glm::dmat3 warpOf(const TurnedBody& body, double steepness) {
     return body.mapFromTurned * warp * body.turnedFromAcross;
 }
 
-// The steepness 1 / n of the light-space perspective. The worst texel over the corners, d (s y + 1)^2 / ((1 + s d) z) for
-// each, has one minimum in s.
+// The steepness 1 / n of the light-space perspective. The worst texel over the corners, d (s y + 1)^2 / ((1 + s d) z)
+// for each, has one minimum in s.
 double bestSteepness(const TurnedBody& body) {
     const double d = body.length;
     const auto worst = [&](double widening) {
@@ -145,9 +145,8 @@ double bestSteepness(const TurnedBody& body) {
         }
         return largest / (1.0 + widening);
     };
-    const double best = std::expm1(minimise(0.0, std::log(kMaxWidening), [&](double logarithm) {
-        return worst(std::expm1(logarithm));
-    }));
+    const double best = std::expm1(
+        minimise(0.0, std::log(kMaxWidening), [&](double logarithm) { return worst(std::expm1(logarithm)); }));
     // The search ends next to the minimum, not on it: next to none is none.
     return best < 1e-6 ? 0.0 : best / d;
 }

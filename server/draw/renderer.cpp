@@ -126,7 +126,7 @@ class SceneRenderer final : public Renderer {
         statistics.triangles = _painter.counts().triangles;
         statistics.shadowTriangles = _painter.counts().shadowTriangles;
         if (_timer) statistics.gpuMilliseconds = static_cast<double>(_timer.result()) * 1e-6;
-        for (const auto& maps : _shadowMaps) statistics.shadowMapBytes += maps.bytes();
+        for (const KeptShadowMaps& kept : _shadowMaps) statistics.shadowMapBytes += kept.maps.bytes();
         statistics.cpuMilliseconds = processorMilliseconds() - cpuStart;
         statistics.drawMilliseconds =
             std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

@@ -53,11 +53,11 @@ Result<void> HemisphereModule::draw(const ShadowFit& fit, ShadowMaps& maps, std:
     glEnable(GL_CLIP_DISTANCE0);
     CasterStage stage;
     stage.projection = CasterStage::Projection::Hemisphere;
-    stage.stageFromWorld = glm::dmat4(glm::transpose(fit.worldFromLight)) *
-                           glm::translate(glm::dmat4(1.0), -fit.positionWorld);
+    stage.stageFromWorld =
+        glm::dmat4(glm::transpose(fit.worldFromLight)) * glm::translate(glm::dmat4(1.0), -fit.positionWorld);
     // The map's scale is that of the fit's matrix: x over w for a place at unit distance.
-    const glm::dvec4 atOne = fit.clipFromWorld * glm::dvec4(fit.positionWorld + fit.worldFromLight[0] -
-                                                            fit.worldFromLight[2], 1.0);
+    const glm::dvec4 atOne =
+        fit.clipFromWorld * glm::dvec4(fit.positionWorld + fit.worldFromLight[0] - fit.worldFromLight[2], 1.0);
     stage.hemisphere = glm::vec4(atOne.x / atOne.w, distances.nearest, distances.farthest, fit.mapSize);
     auto drawn = painter.drawCasters(stage);
     glDisable(GL_CLIP_DISTANCE0);

@@ -24,8 +24,8 @@ glm::dmat3 acrossFromMap(const ShadowFit& fit, const glm::dvec3& originWorld) {
         const glm::dvec3 gradient(row);
         mapFromAcross[0][i] = glm::dot(gradient, fit.worldFromLight[0]);
         mapFromAcross[1][i] = glm::dot(gradient, fit.worldFromLight[1]);
-        mapFromAcross[2][i] = fit.perspective ? -glm::dot(gradient, fit.worldFromLight[2])
-                                              : glm::dot(gradient, originWorld) + row.w;
+        mapFromAcross[2][i] =
+            fit.perspective ? -glm::dot(gradient, fit.worldFromLight[2]) : glm::dot(gradient, originWorld) + row.w;
     }
     return glm::inverse(mapFromAcross);
 }
@@ -43,8 +43,8 @@ double lookupReach(const ShadowFit& fit) {
     constexpr double kTexelReach = 0.6;
     const double filterReach = 0.5 * static_cast<double>(fit.filter.maxTexels) + (fit.filter.bilinear ? 1.0 : 0.0);
     const double offset = std::abs(fit.normalOffset);
-    // The offset moves along the normal n by offset * (|n.X| + |n.Y|), X and Y being the texel's sides; along the map's x
-    // that is at most offset * (|X| + |Y|) |x|, where x, the gradient of x in texels, has length 1 / (|X| sin(X, Y)).
+    // The offset moves along the normal n by offset * (|n.X| + |n.Y|), X and Y being the texel's sides; along the map's
+    // x that is at most offset * (|X| + |Y|) |x|, where x, the gradient of x in texels, has length 1 / (|X| sin(X, Y)).
     const glm::dmat3 across = acrossFromMap(fit, fit.perspective ? fit.positionWorld : glm::dvec3(0.0));
     double largest = 0.0;
     // Shapes of texels change monotonically over the map but for turns of their sides, which 10 % cover.

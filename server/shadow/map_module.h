@@ -4,8 +4,8 @@
 
 namespace umbriel {
 
-// Modules that draw depth from the light into a map: they differ in the fit that the client computed and in the features
-// of the shader that reads the map.
+// Modules that draw depth from the light into a map: they differ in the fit that the client computed and in the
+// features of the shader that reads the map.
 class MapModule final : public ShadowModule {
  public:
     // features: beside ShadowFeature::Maps and those that follow from the fit.
@@ -22,9 +22,9 @@ class MapModule final : public ShadowModule {
     ShadowFeatureSet _features;
 };
 
-// The map's plane: t = H^-1 m, where t is a place across the light (metres relative to origin, or, of a perspective light,
-// metres at unit distance) and m map coordinates with x and y in [-1, 1], both homogeneous. Scaled so that
-// w of the clip space over the light's own is 1 / (third row of the result * m).
+// The map's plane: t = H^-1 m, where t is a place across the light (metres relative to origin, or, of a perspective
+// light, metres at unit distance) and m map coordinates with x and y in [-1, 1], both homogeneous. Scaled so that w of
+// the clip space over the light's own is 1 / (third row of the result * m).
 glm::dmat3 acrossFromMap(const ShadowFit& fit, const glm::dvec3& originWorld);
 
 // How far, along an axis of the map, in texels, the farthest texel centre that a surface is compared with may lie from

@@ -72,8 +72,9 @@ Result<void> ShadowMaps::fillBounds(std::uint32_t layer, const ShadowFit& fit, S
     glDisable(GL_DEPTH_TEST);
     glDisable(GL_BLEND);
     glBindTextureUnit(0, _texture.id());
-    auto filled = painter.fill("stage/shadow_bounds.frag.glsl",
-                               {static_cast<int>(layer), static_cast<int>(_boundsBlock), static_cast<int>(fit.mapSize), 0});
+    auto filled =
+        painter.fill("stage/shadow_bounds.frag.glsl",
+                     {static_cast<int>(layer), static_cast<int>(_boundsBlock), static_cast<int>(fit.mapSize), 0});
     glEnable(GL_SCISSOR_TEST);
     return filled;
 }
@@ -106,6 +107,11 @@ void ShadowMaps::begin(std::uint32_t layer, const ShadowFit& fit, const PixelRec
 void ShadowMaps::end() {
     glDisable(GL_DEPTH_CLAMP);
     glDisable(GL_POLYGON_OFFSET_FILL);
+}
+
+std::uint64_t ShadowMaps::bytes() const {
+    const std::uint64_t blocks = _boundsBlock > 0 ? (_mapSize + _boundsBlock - 1) / _boundsBlock : 0;
+    return (std::uint64_t{_mapSize} * _mapSize * 4 + blocks * blocks * 16) * _framebuffers.size();
 }
 
 void ShadowMaps::bind(GLuint unit, GLuint boundsUnit) const {

@@ -16,8 +16,9 @@ class ShadowPainter;
 // end and where nothing casts). Read by shaders/snippet/shadow.glsl.
 class ShadowMaps {
  public:
-    // Makes room for that many maps, and bounds of their blocks of boundsBlock x boundsBlock texels (stage/shadow_bounds.frag.glsl)
-    // (0: none). True when maps drawn before are gone. Errors: the driver's limits, out of memory.
+    // Makes room for that many maps, and bounds of their blocks of boundsBlock x boundsBlock texels
+    // (stage/shadow_bounds.frag.glsl) (0: none). True when maps drawn before are gone. Errors: the driver's limits, out
+    // of memory.
     Result<bool> reserve(std::uint32_t mapSize, std::uint32_t layers, std::uint32_t boundsBlock);
 
     // Starts drawing casters into a layer: clears it and sets viewport, scissor (texels that will be sampled), depth
@@ -28,7 +29,8 @@ class ShadowMaps {
     // After a layer was drawn.
     Result<void> fillBounds(std::uint32_t layer, const ShadowFit& fit, ShadowPainter& painter);
     void bind(GLuint unit, GLuint boundsUnit) const;
-
+    // Of the maps and their bounds.
+    std::uint64_t bytes() const;
 
  private:
     std::uint32_t _mapSize = 0;

@@ -33,10 +33,10 @@ constexpr ShadowFeatureSet bit(ShadowFeature feature) {
 
 // What one fit adds to the frame plan. Nothing of it exists for a module that no fit names.
 struct ShadowDemand {
-    std::string_view module;          // for people: "standard"
-    std::string_view part;            // of the light, for people: "", "face +x"
-    std::uint32_t mapTexels = 0;      // side of the fit's layer in the view's depth maps; 0: none, and no pass for it
-    std::uint32_t boundsBlock = 0;    // side, in texels of the map, of the blocks whose bounds are kept; 0: none
+    std::string_view module;        // for people: "standard"
+    std::string_view part;          // of the light, for people: "", "face +x"
+    std::uint32_t mapTexels = 0;    // side of the fit's layer in the view's depth maps; 0: none, and no pass for it
+    std::uint32_t boundsBlock = 0;  // side, in texels of the map, of the blocks whose bounds are kept; 0: none
 };
 
 // How casters are drawn in a pass: stage/caster.vert.glsl with these.

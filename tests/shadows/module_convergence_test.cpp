@@ -86,8 +86,8 @@ TEST_F(Convergence, DefaultsHoldAtEveryScaleAndPlace) {
     for (const double size : {1e-3, 1e-1, 1.0, 1e2, 1e4})
         for (const double away : {0.0, 1e6}) {
             if (away > 0.0 && size < 1.0) continue;  // nodes keep doubles, but a picture of millimetres there does not
-            for (const ShadowMode mode : {ShadowMode::Standard, ShadowMode::LightSpacePerspective, ShadowMode::Trapezoid,
-                                          ShadowMode::Perspective}) {
+            for (const ShadowMode mode : {ShadowMode::Standard, ShadowMode::LightSpacePerspective,
+                                          ShadowMode::Trapezoid, ShadowMode::Perspective}) {
                 SetUp();
                 scale = size;
                 offset = glm::dvec3(away, -away, away);

@@ -13,8 +13,8 @@ class Filters : public ModuleTest {
     }
 };
 
-// Looking at the bounds of a map first saves samples and loses nothing: against 32 x 32 samples, what skips is no farther
-// off than the plain loop of as many samples as asked for.
+// Looking at the bounds of a map first saves samples and loses nothing: against 32 x 32 samples, what skips is no
+// farther off than the plain loop of as many samples as asked for.
 TEST_F(Filters, SkippingSamplesIsNoLessAccurateThanThePlainLoop) {
     buildTown();
     finishScene(LightPlace::Directional, {0, 0, 0}, {0.5, -0.7, -0.3}, 0.0f, 0.02f);
@@ -79,14 +79,14 @@ TEST_F(Filters, ALightWithoutExtentCastsTheHardShadow) {
     }
 }
 
-// A wall's edge over the floor, lit at 45 degrees by a disc: behind the edge, at height h, the penumbra on the floor is as
-// wide across the light as the disc makes it at that distance.
+// A wall's edge over the floor, lit at 45 degrees by a disc: behind the edge, at height h, the penumbra on the floor is
+// as wide across the light as the disc makes it at that distance.
 TEST_F(Filters, PenumbraeAreAsWideAsTheLightMakesThem) {
     for (const double height : {2.0, 4.0, 8.0}) {
         SetUp();
         block({-20, -1, -20}, {20, 0, 20});
         block({-15, height, -20}, {0, height + 0.02, 20});  // a roof that ends at x = 0
-        const double radius = 0.05;                        // radians
+        const double radius = 0.05;                         // radians
         finishScene(LightPlace::Directional, {0, 0, 0}, {0, -1, 0}, 0.0f, float(radius));
         scene->edit(viewport)
             .set<&Viewport::mapSize>(256u)  // so that the widest penumbra is less than maxPenumbra
@@ -164,7 +164,8 @@ TEST_F(Filters, CostOfSkipping) {
     buildTown(60.0, std::getenv("HOUSES") ? std::atoi(std::getenv("HOUSES")) : 400);
     finishScene(LightPlace::Directional, {0, 0, 0}, {0.5, -0.7, -0.3}, 0.0f, 0.02f);
     look({0, 4, 50}, {0, 1, 0});
-    scene->edit(viewport).set<&Viewport::mapSize>(1024u).set<&Viewport::blockerSamples>(6u).set<&Viewport::reuseMaps>(true);
+    scene->edit(viewport).set<&Viewport::mapSize>(1024u).set<&Viewport::blockerSamples>(6u).set<&Viewport::reuseMaps>(
+        true);
     const PixelSize wall{1280, 720};
     const auto cost = [&](ShadowMode mode, bool skip) {
         scene->edit(viewport).set<&Viewport::shadowMode>(mode).set<&Viewport::skipUniform>(skip);
@@ -182,12 +183,13 @@ TEST_F(Filters, CostOfSkipping) {
         return times[times.size() / 2];
     };
     const double std = cost(ShadowMode::Standard, true);
-    std::printf("CPU ms: std %.1f, lisp %.1f, trapez %.1f, psm %.1f\n", std, cost(ShadowMode::LightSpacePerspective, true),
-                cost(ShadowMode::Trapezoid, true), cost(ShadowMode::Perspective, true));
+    std::printf("CPU ms: std %.1f, lisp %.1f, trapez %.1f, psm %.1f\n", std,
+                cost(ShadowMode::LightSpacePerspective, true), cost(ShadowMode::Trapezoid, true),
+                cost(ShadowMode::Perspective, true));
     for (const ShadowMode mode : {ShadowMode::PercentageCloser, ShadowMode::PercentageCloserSoft}) {
         const double skipping = cost(mode, true), all = cost(mode, false);
-        std::printf("filter %d: %.1f, plain loop %.1f: %.2f of it, %.2f x std\n", int(mode), skipping, all, skipping / all,
-                    skipping / std);
+        std::printf("filter %d: %.1f, plain loop %.1f: %.2f of it, %.2f x std\n", int(mode), skipping, all,
+                    skipping / all, skipping / std);
     }
 }
 

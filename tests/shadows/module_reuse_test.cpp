@@ -44,7 +44,8 @@ class Reuse : public ModuleTest {
 };
 
 TEST_F(Reuse, NothingIsDrawnAgainWhileNothingMoves) {
-    for (const ShadowMode mode : {ShadowMode::Standard, ShadowMode::LightSpacePerspective, ShadowMode::PercentageCloser}) {
+    for (const ShadowMode mode :
+         {ShadowMode::Standard, ShadowMode::LightSpacePerspective, ShadowMode::PercentageCloser}) {
         scene->edit(viewport).set<&Viewport::shadowMode>(mode);
         EXPECT_GT(drawn(), 0u);
         EXPECT_EQ(drawn(), 0u);
@@ -79,8 +80,8 @@ TEST_F(Reuse, AMovedLightIsDrawnAgain) {
     EXPECT_EQ(drawn(), 0u);
 }
 
-// With the scene's fit the map does not depend on the eye: an eye that goes round has it drawn twice at most, for what it
-// saw first and then all of it.
+// With the scene's fit the map does not depend on the eye: an eye that goes round has it drawn twice at most, for what
+// it saw first and then all of it.
 TEST_F(Reuse, AnEyeThatMovesHasTheScenesMapDrawnTwiceAtMost) {
     scene->edit(viewport).set<&Viewport::shadowFit>(ShadowFitMode::Scene);
     int draws = 0;

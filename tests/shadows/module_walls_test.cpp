@@ -5,10 +5,14 @@ namespace {
 
 class Walls : public ModuleTest {};
 
-constexpr ShadowMode kModes[] = {ShadowMode::Standard,        ShadowMode::Perspective,
-                                 ShadowMode::LightSpacePerspective, ShadowMode::Trapezoid,
-                                 ShadowMode::PercentageCloser, ShadowMode::PercentageCloserSoft,
-                                 ShadowMode::DualParaboloid,   ShadowMode::Cube};
+constexpr ShadowMode kModes[] = {ShadowMode::Standard,
+                                 ShadowMode::Perspective,
+                                 ShadowMode::LightSpacePerspective,
+                                 ShadowMode::Trapezoid,
+                                 ShadowMode::PercentageCloser,
+                                 ShadowMode::PercentageCloserSoft,
+                                 ShadowMode::DualParaboloid,
+                                 ShadowMode::Cube};
 
 // A sun, a spot and a lamp among the houses, for every module.
 TEST_F(Walls, TilesAreBitEqualToOneServerForEveryModule) {
@@ -63,8 +67,8 @@ TEST_F(Walls, TilesAreBitEqualToOneServerForEveryModule) {
 TEST_F(Walls, TheScenesFitIsTheSameForEveryCamera) {
     buildTown(30.0, 10);
     finishScene(LightPlace::Directional, {0, 0, 0}, {0.5, -0.7, -0.3});
-    for (const ShadowMode mode : {ShadowMode::Standard, ShadowMode::LightSpacePerspective, ShadowMode::Trapezoid,
-                                  ShadowMode::Perspective}) {
+    for (const ShadowMode mode :
+         {ShadowMode::Standard, ShadowMode::LightSpacePerspective, ShadowMode::Trapezoid, ShadowMode::Perspective}) {
         scene->edit(viewport).set<&Viewport::shadowMode>(mode).set<&Viewport::shadowFit>(ShadowFitMode::Scene);
         look({0, 4, 28}, {0, 1, 0});
         const auto first = resolved({320, 200}).views[0].fits;
@@ -77,9 +81,9 @@ TEST_F(Walls, TheScenesFitIsTheSameForEveryCamera) {
 
 // Seams of a cube: around a lamp, on surfaces that cross the faces' borders, no line of wrong pixels.
 TEST_F(Walls, FacesOfACubeMeetWithoutASeam) {
-    block({-6, -4, -6}, {6, -3, 6});   // floor
-    block({-6, 3, -6}, {6, 4, 6});     // ceiling
-    block({-6, -4, -7}, {6, 4, -6});   // walls
+    block({-6, -4, -6}, {6, -3, 6});  // floor
+    block({-6, 3, -6}, {6, 4, 6});    // ceiling
+    block({-6, -4, -7}, {6, 4, -6});  // walls
     block({-7, -4, -6}, {-6, 4, 6});
     block({6, -4, -6}, {7, 4, 6});
     for (int i = 0; i < 6; ++i) block({-3.0 + i, -3, -3.5}, {-2.7 + i, 2.5, -3.2});
@@ -92,12 +96,15 @@ TEST_F(Walls, FacesOfACubeMeetWithoutASeam) {
         // Axes of the cube are the world's: walls and floor cross the borders.
         finishScene(LightPlace::Point, {0, 0, 0}, {0, -1, 0});
         look({0.5, 0.3, 5.5}, {0, 0, -6}, 1.3);
-        scene->edit(viewport).set<&Viewport::shadowMode>(mode).set<&Viewport::mapSize>(1024u).set<&Viewport::filterWidth>(6.0f);
+        scene->edit(viewport)
+            .set<&Viewport::shadowMode>(mode)
+            .set<&Viewport::mapSize>(1024u)
+            .set<&Viewport::filterWidth>(6.0f);
         const PixelSize wall{400, 300};
         const auto images = drawWall(resolved(wall));
         const Errors errors = errorsOf(images, wall);
-        std::printf("cube, module %d: error %.3f %%, leak %.3f, acne %.3f of %zu, %zu dark\n", int(mode), 100 * errors.error,
-                    100 * errors.leak, 100 * errors.acne, errors.judged, errors.dark);
+        std::printf("cube, module %d: error %.3f %%, leak %.3f, acne %.3f of %zu, %zu dark\n", int(mode),
+                    100 * errors.error, 100 * errors.leak, 100 * errors.acne, errors.judged, errors.dark);
         EXPECT_LT(errors.error, 0.004);
         EXPECT_GT(errors.dark, 2000u);
         // Within a texel of where two components of the direction are equal.

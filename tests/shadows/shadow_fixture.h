@@ -18,15 +18,15 @@ class ModuleTest : public DrawTest {
     };
     struct Errors {
         double error = 0.0, leak = 0.0, acne = 0.0;  // shares of the judged pixels
-        double inner = 0.0;                          // of these, what is wrong more than edgeMetres from a shadow's edge
+        double inner = 0.0;  // of these, what is wrong more than edgeMetres from a shadow's edge
         double rmse = 0.0;
         std::size_t judged = 0;
         std::size_t dark = 0;  // in truth
     };
     enum class LightPlace { Directional, Spot, Point };
 
-    // From the blocks' frame, in which they are parallel to the axes, to the world: turned, so that no edge lies along the
-    // rows of a map, which is parallel to the world's axes.
+    // From the blocks' frame, in which they are parallel to the axes, to the world: turned, so that no edge lies along
+    // the rows of a map, which is parallel to the world's axes.
     glm::dvec3 toWorld(const glm::dvec3& local) const { return worldFromLocal * (local * scale) + offset; }
 
     void SetUp() override {
@@ -144,7 +144,8 @@ class ModuleTest : public DrawTest {
                 if (lightPlace != LightPlace::Directional) {
                     reach = glm::distance(lightPosition, point);
                     toLight = (lightPosition - point) / reach;
-                    if (lightPlace == LightPlace::Spot && -glm::dot(toLight, lightDirection) < std::cos(spotCone) + 1e-3)
+                    if (lightPlace == LightPlace::Spot &&
+                        -glm::dot(toLight, lightDirection) < std::cos(spotCone) + 1e-3)
                         continue;
                 }
                 if (glm::dot(normal, toLight) < 0.1) continue;
@@ -156,7 +157,8 @@ class ModuleTest : public DrawTest {
                 result.dark += dark;
                 const bool wrong = dark != (factor < 0.5);
                 if (wrong && edgeMetres > 0.0) {
-                    const glm::dvec3 across = glm::normalize(glm::cross(toLight, normal + 0.3 * glm::dvec3(toLight.z, toLight.x, toLight.y)));
+                    const glm::dvec3 across =
+                        glm::normalize(glm::cross(toLight, normal + 0.3 * glm::dvec3(toLight.z, toLight.x, toLight.y)));
                     const glm::dvec3 along = glm::cross(toLight, across);
                     bool isEdge = false;
                     for (const glm::dvec3& step : {across, -across, along, -along}) {

@@ -118,8 +118,8 @@ TEST(ShadowWarp, NearReceiversGetMoreOfTheMap) {
 }
 
 // The light turns through the view's direction and on past its opposite, and every sixth of it in steps of 0.1 degrees:
-// the texels at three places change a little from step to step, and no pop marks the directions where a warp has no answer.
-// The trapezoid and the perspective map come out of their uniform limit faster.
+// the texels at three places change a little from step to step, and no pop marks the directions where a warp has no
+// answer. The trapezoid and the perspective map come out of their uniform limit faster.
 TEST(ShadowWarp, NothingPopsWhileTheLightTurnsThroughTheView) {
     const View view = viewFrom({0, 6, 55}, {0, 0, 0});
     const glm::dvec3 forward = glm::normalize(glm::dvec3(0, -6, -55));
@@ -197,7 +197,8 @@ TEST(ShadowWarp, AnyFrustumGivesAFiniteMap) {
 TEST(ShadowWarp, DegenerateScenesHaveAMapOrNone) {
     const View view = viewFrom({0, 3, 20}, {0, 0, 0});
     for (const ShadowMode mode : kWarps) {
-        for (const Box3d& box : {Box3d{{-5, 0, -5}, {5, 0, 5}}, Box3d{{0, 0, -5}, {0, 0, 5}}, Box3d{{0, 0, 0}, {0, 0, 0}}}) {
+        for (const Box3d& box :
+             {Box3d{{-5, 0, -5}, {5, 0, 5}}, Box3d{{0, 0, -5}, {0, 0, 5}}, Box3d{{0, 0, 0}, {0, 0, 0}}}) {
             const auto fit = fitDirectional({0.4, -1, 0.3}, box, {&view, 1}, requestFor(mode));
             ASSERT_TRUE(fit);
             EXPECT_TRUE(isFinite(fit->clipFromWorld));
@@ -221,8 +222,8 @@ TEST(ShadowWarp, ViewsAllAroundHaveTheUniformMap) {
     // Up to and past 180 degrees the parts stay on the map.
     for (int count = 2; count <= 5; ++count)
         for (const ShadowMode mode : kWarps) {
-            const auto fit = fitDirectional({0.4, -1, 0.3}, kTown, std::span(views).first(std::size_t(count)),
-                                            requestFor(mode));
+            const auto fit =
+                fitDirectional({0.4, -1, 0.3}, kTown, std::span(views).first(std::size_t(count)), requestFor(mode));
             ASSERT_TRUE(fit);
             EXPECT_TRUE(isOnMap(*fit, {30, 3, 0}));
             EXPECT_TRUE(isOnMap(*fit, {-30, 3, 0}));
@@ -341,7 +342,8 @@ TEST_F(Wishes, ImpossibleValuesAreReplacedWithAMessage) {
         EXPECT_EQ(request().range, 0.3f);
         EXPECT_EQ(messages.size(), 1u);
     }
-    aspect.edit(viewport).set<&Viewport::range>(0.3f).set<&Viewport::lispFactor>(0.0f).set<&Viewport::maxSideAngle>(9.0f);
+    aspect.edit(viewport).set<&Viewport::range>(0.3f).set<&Viewport::lispFactor>(0.0f).set<&Viewport::maxSideAngle>(
+        9.0f);
     EXPECT_EQ(request().lispFactor, 1.0f);
     EXPECT_EQ(messages.size(), 2u);
     aspect.edit(viewport)
@@ -368,8 +370,8 @@ TEST_F(Wishes, LightsWithoutAConeOrDirectionAreNamed) {
     node(root, any(flat));
     ShadowFitRequest scene;
     scene.fit = ShadowFitMode::Scene;
-    const ShadowFits fits = fitShadows(aspect, lightsInEffect(aspect, root, Hierarchy(aspect, root)),
-                                       worldBounds(aspect, root), {}, scene);
+    const ShadowFits fits =
+        fitShadows(aspect, lightsInEffect(aspect, root, Hierarchy(aspect, root)), worldBounds(aspect, root), {}, scene);
     ASSERT_GE(fits.messages.size(), 1u);
     EXPECT_NE(fits.messages[0].find("\"narrow\""), std::string::npos);
     for (const ShadowFit& fit : fits.fits) EXPECT_TRUE(isFinite(fit.clipFromWorld));
