@@ -31,3 +31,9 @@ FORMULA_FN Real shadowCompare(Real storedDepth, Real receiverDepth) {
 FORMULA_FN Real shadowMix2x2(Real lit00, Real lit10, Real lit01, Real lit11, Real x, Real y) {
     return mix(mix(lit00, lit10, x), mix(lit01, lit11, x), y);
 }
+
+// How dark a blob is, by the distance from its middle over its radius: dark in its inner half, fading smoothly outside.
+FORMULA_FN Real blobDarkness(Real distanceOverRadius) {
+    Real t = clamp(REAL(2.0) * distanceOverRadius - REAL(1.0), REAL(0.0), REAL(1.0));
+    return REAL(1.0) - t * t * (REAL(3.0) - REAL(2.0) * t);
+}

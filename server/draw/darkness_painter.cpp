@@ -1,0 +1,328 @@
+#include "server/draw/darkness_painter.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "server/shadow/view_module.h"
+#include "shaders/structs_cpp.h"
+
+namespace umbriel {
+namespace {
+
+constexpr GLuint kStorage = 3;  // vertices of a caster, or blobs
+// Volumes that no frame has used for so long are let go.
+constexpr std::uint64_t kKeptUses = 64;
+
+std::array<glm::dvec3, 8> cornersOf(const Box& box, const glm::dmat4& relativeFromObject) {
+    std::array<glm::dvec3, 8> corners = box.corners();
+    for (glm::dvec3& corner : corners) corner = glm::dvec3(relativeFromObject * glm::dvec4(corner, 1.0));
+    return corners;
+}
+
+glm::dvec3 awayFrom(const glm::dvec4& light, const glm::dvec3& point) {
+    return light.w * point - glm::dvec3(light);
+}
+
+DrawList listAllCasters(const ViewScene& view) {
+    DrawList list;
+    for (std::uint32_t i = 0; i < view.items.size(); ++i) {
+        const SurfaceItem& item = view.items[i];
+        if (!item.castsShadow) continue;
+        const auto clusters = item.geometry->clusters();
+        for (std::uint32_t c = 0; c < clusters.size(); ++c) list.addCluster(i, clusters[c], c);
+    }
+    return list;
+}
+
+// The corners of [-1, 1]^3 as a closed mesh.
+const std::array<glm::vec3, 8> kCube = {glm::vec3(-1, -1, -1), {1, -1, -1}, {-1, 1, -1}, {1, 1, -1},
+                                        {-1, -1, 1},           {1, -1, 1},  {-1, 1, 1},  {1, 1, 1}};
+constexpr std::array<std::uint32_t, 36> kCubeIndices = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                                                        2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+
+struct BlobVertex {
+    glm::vec4 relative;
+    std::uint32_t blob;
+};
+
+}  // namespace
+
+bool shadowMisses(const Frustum& frustum, const Box& box, const glm::dmat4& relativeFromObject,
+                  const glm::dvec4& light) {
+    if (box.empty()) return true;
+    const auto corners = cornersOf(box, relativeFromObject);
+    // Not the near plane: what lies before it counts as well.
+    for (std::size_t i = 0; i < 4; ++i) {
+        const Plane& plane = frustum.planes[i];
+        if (std::all_of(corners.begin(), corners.end(), [&](const glm::dvec3& corner) {
+                return glm::dot(glm::dvec3(plane), corner) + plane.w < 0.0 &&
+                       glm::dot(glm::dvec3(plane), awayFrom(light, corner)) <= 0.0;
+            }))
+            return true;
+    }
+    return false;
+}
+
+bool mayCoverEye(const Frustum& wholeView, const Box& box, const glm::dmat4& relativeFromObject,
+                 const glm::dvec4& light) {
+    if (box.empty()) return false;
+    const auto& near = wholeView.nearCorners;
+    const auto corners = cornersOf(box, relativeFromObject);
+    const glm::dvec3 middle = 0.25 * (near[0] + near[1] + near[2] + near[3]);
+    // The body between the light and the near rectangle: outside of any of its planes is outside.
+    const auto isOutside = [&](glm::dvec3 normal, const glm::dvec3& through, const glm::dvec3& inner) {
+        const double side = glm::dot(normal, inner);
+        if (!(std::abs(side) > 0.0)) return false;
+        if (side > 0.0) normal = -normal;
+        const double slack = 1e-9 * glm::length(normal) * (glm::length(through) + glm::length(middle));
+        return std::all_of(corners.begin(), corners.end(), [&](const glm::dvec3& corner) {
+            return glm::dot(normal, corner - through) > slack;
+        });
+    };
+    for (std::size_t i = 0; i < 4; ++i) {
+        const glm::dvec3 towards = glm::dvec3(light) - light.w * near[i];
+        if (isOutside(glm::cross(near[(i + 1) % 4] - near[i], towards), near[i], middle - near[i])) return false;
+    }
+    const glm::dvec3 across = glm::cross(near[1] - near[0], near[3] - near[0]);
+    if (isOutside(across, near[0], glm::dvec3(light) - light.w * near[0])) return false;
+    return true;
+}
+
+Result<DarknessPainter::Volume*> DarknessPainter::volumeOf(const SurfaceItem& item, const ShadowFit& fit,
+                                                           const glm::dvec4& lightRelative) {
+    auto shape = item.geometry->casterShape();
+    if (!shape) return shape.error();
+    glm::dvec4 light = glm::inverse(item.relativeFromObject) * lightRelative;
+    if (lightRelative.w == 0.0) light = glm::dvec4(glm::normalize(glm::dvec3(light)), 0.0);
+    // Rounded, so that the eye's place, which is in both factors, does not make a volume new.
+    const glm::vec4 lightObject(glm::vec3(light), static_cast<float>(lightRelative.w));
+    Volume& volume = _volumes[{item.node, fit.light}];
+    volume.lastUse = _use;
+    if (volume.shape == *shape && volume.lightObject == lightObject && (volume.buffer || volume.corners == 0))
+        return &volume;
+    volume.shape = *shape;
+    volume.lightObject = lightObject;
+    const ShadowVolume made =
+        shadowVolume(volume.shape->topology, volume.shape->positions, glm::dvec4(lightObject), true);
+    std::vector<std::uint32_t> corners = made.sides;
+    corners.insert(corners.end(), made.lightCap.begin(), made.lightCap.end());
+    corners.insert(corners.end(), made.darkCap.begin(), made.darkCap.end());
+    volume.sides = static_cast<GLsizei>(made.sides.size());
+    volume.corners = static_cast<GLsizei>(corners.size());
+    if (corners.empty()) return &volume;
+    auto buffer = gl::Buffer::create(std::as_bytes(std::span(corners)));
+    if (!buffer) return buffer.error();
+    volume.buffer = std::move(*buffer);
+    volume.vertexArray = gl::VertexArray::create();
+    volume.vertexArray.attribute({.location = 0, .components = 1, .type = GL_UNSIGNED_INT, .integer = true});
+    volume.vertexArray.vertexBuffer(0, volume.buffer, 0, sizeof(std::uint32_t));
+    return &volume;
+}
+
+Result<void> DarknessPainter::paintSurfaces(const Aspect& scene, const ViewScene& view, const DrawList& visible,
+                                            bool positions, const DrawEntries& drawEntries) {
+    _images.beginSurfaces();
+    const gl::Program* current = nullptr;
+    const GpuMaterial* material = nullptr;
+    return drawEntries(visible, 0, visible.opaqueEntries, [&](const SurfaceItem& item) -> Result<void> {
+        const std::uint32_t layer = positions ? static_cast<std::uint32_t>(Layer::Position) : 0;
+        auto program = _shaders.layers(item.casterFeatures, layer, 0);
+        if (!program) return program.error();
+        if (*program != current) (*program)->use();
+        current = *program;
+        current->set(0, glm::mat4(item.relativeFromObject));
+        setSides(item);
+        if (item.casterFeatures == 0 || material == item.material) return {};
+        material = item.material;
+        return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());
+    });
+}
+
+Result<void> DarknessPainter::paintVolumes(const ViewScene& view, const ShadowFit& fit, const Frustum& frustum,
+                                           const Frustum& wholeView) {
+    auto program = _shaders.volume();
+    if (!program) return program.error();
+    (*program)->use();
+    glDisable(GL_CULL_FACE);
+    glEnable(GL_DEPTH_TEST);
+    const glm::dvec4 light = lightRelative(fit, view.view->eyeWorld);
+    for (const SurfaceItem& item : view.items) {
+        if (!item.castsShadow || shadowMisses(frustum, item.geometry->box(), item.relativeFromObject, light)) continue;
+        auto volume = volumeOf(item, fit, light);
+        if (!volume) return volume.error();
+        if ((*volume)->corners == 0) continue;
+        // From infinity behind the surface towards it (z-fail): right wherever the eye is. From the eye towards the
+        // surface (z-pass): cheaper, as no caps are drawn, and right when the eye is in no volume.
+        const bool fromBehind = fit.mode == ShadowMode::VolumeZFail ||
+                                mayCoverEye(wholeView, item.geometry->box(), item.relativeFromObject, light);
+        glDepthFunc(fromBehind ? GL_LEQUAL : GL_GREATER);
+        (*program)->set(2, fromBehind ? glm::vec2(-1.0f, 1.0f) : glm::vec2(1.0f, -1.0f));
+        (*program)->set(0, glm::mat4(item.relativeFromObject));
+        (*program)->set(1, (*volume)->lightObject);
+        glFrontFace(item.isMirrored ? GL_CW : GL_CCW);
+        item.geometry->positions().bindBase(GL_SHADER_STORAGE_BUFFER, kStorage);
+        (*volume)->vertexArray.bind();
+        const GLsizei corners = fromBehind ? (*volume)->corners : (*volume)->sides;
+        glDrawArrays(GL_TRIANGLES, 0, corners);
+        _triangles += static_cast<std::uint64_t>(corners) / 3;
+    }
+    glFrontFace(GL_CCW);
+    return {};
+}
+
+Result<void> DarknessPainter::paintPlanar(const ViewScene& view, const ShadowFit& fit,
+                                          const DrawEntries& drawEntries) {
+    const glm::dvec3 eye = view.view->eyeWorld;
+    const glm::dvec4 light = lightRelative(fit, eye);
+    const glm::dvec3 normal(fit.planeWorld);
+    const glm::dvec4 plane(normal, fit.planeWorld.w + glm::dot(normal, eye));
+    const auto flatten = flattening(plane, light);
+    if (!flatten) return {};
+    // Between the light and the plane: nearer to the plane than the light is.
+    const double above = glm::dot(plane, light);
+    const glm::dvec4 belowLight = glm::dvec4(0, 0, 0, 1) - light.w / above * plane;
+    auto program = _shaders.planar();
+    if (!program) return program.error();
+    (*program)->use();
+    (*program)->set(4, glm::vec4(plane));
+    (*program)->set(5, fit.mode == ShadowMode::PlanarStencil ? 1.0f : 0.0f);
+    _images.bindPositions(static_cast<GLuint>(TextureUnit::Positions));
+    glDisable(GL_CULL_FACE);
+    glDisable(GL_DEPTH_TEST);
+    glEnable(GL_CLIP_DISTANCE0);
+    glEnable(GL_CLIP_DISTANCE1);
+    const DrawList casters = listAllCasters(view);
+    auto drawn = drawEntries(casters, 0, casters.entries.size(), [&](const SurfaceItem& item) -> Result<void> {
+        const glm::dmat4& relative = item.relativeFromObject;
+        (*program)->set(0, glm::mat4(*flatten * relative));
+        (*program)->set(1, glm::vec4(plane * relative));
+        (*program)->set(2, glm::vec4(belowLight * relative));
+        return {};
+    });
+    glDisable(GL_CLIP_DISTANCE0);
+    glDisable(GL_CLIP_DISTANCE1);
+    _triangles += casters.triangles;
+    return drawn;
+}
+
+Result<void> DarknessPainter::paintBlobs(const ViewScene& view, const ShadowFit& fit, const Frustum& frustum) {
+    const glm::dvec4 light = lightRelative(fit, view.view->eyeWorld);
+    static const CasterTopology cube = casterTopology(kCube, kCubeIndices);
+    std::vector<gpu::GpuBlob> blobs;
+    std::vector<BlobVertex> vertices;
+    for (const SurfaceItem& item : view.items) {
+        const Box& box = item.geometry->box();
+        if (!item.castsShadow || box.empty()) continue;
+        const auto corners = cornersOf(box, item.relativeFromObject);
+        const glm::dvec3 centre(item.relativeFromObject * glm::dvec4(box.centre(), 1.0));
+        const glm::dvec3 away = awayFrom(light, centre);
+        if (!(glm::length(away) > 0.0)) continue;
+        const glm::dvec3 along = glm::normalize(away);
+        double radius = 0.0;
+        for (const glm::dvec3& corner : corners) {
+            const glm::dvec3 d = corner - centre;
+            radius = std::max(radius, glm::length(d - glm::dot(d, along) * along));
+        }
+        radius *= fit.blobSize;
+        if (!(radius > 0.0)) continue;
+        // A box that holds the blob, whichever way the light comes.
+        glm::dmat4 place(radius);
+        place[3] = glm::dvec4(centre, 1.0);
+        const Box unit{glm::vec3(-1.0f), glm::vec3(1.0f)};
+        if (shadowMisses(frustum, unit, place, light)) continue;
+        const double reach = light.w > 0.0 ? glm::length(away) : 0.0;
+        if (light.w > 0.0 && reach <= 1.7321 * radius) continue;  // the light is within it: no side has a shadow
+        const glm::dvec4 lightCube = light.w > 0.0 ? glm::dvec4(-away / radius, 1.0) : glm::dvec4(-along, 0.0);
+        const ShadowVolume volume = shadowVolume(cube, kCube, lightCube, true);
+        const auto index = static_cast<std::uint32_t>(blobs.size());
+        for (const auto* list : {&volume.sides, &volume.lightCap, &volume.darkCap})
+            for (const std::uint32_t corner : *list) {
+                const glm::dvec3 at = glm::dvec3(kCube[corner & ~kExtruded]);
+                const glm::dvec3 there = centre + radius * at;
+                vertices.push_back({corner & kExtruded ? glm::vec4(awayFrom(light, there), 0.0f)
+                                                       : glm::vec4(there, 1.0f),
+                                    index});
+            }
+        // The item's own box as the cube of [-1, 1].
+        const glm::dvec3 half = 0.5 * (glm::dvec3(box.maximum) - glm::dvec3(box.minimum));
+        glm::dmat4 boxFromRelative = glm::inverse(item.relativeFromObject);
+        boxFromRelative[3] -= glm::dvec4(box.centre(), 0.0);
+        gpu::GpuBlob blob{};
+        blob.light = light.w > 0.0 ? glm::vec4(light) : glm::vec4(-along, 0.0f);
+        blob.centre = glm::vec3(centre);
+        blob.radius = static_cast<float>(radius);
+        glm::vec4* rows[] = {&blob.boxFromX, &blob.boxFromY, &blob.boxFromZ};
+        for (int i = 0; i < 3; ++i)
+            *rows[i] = glm::vec4(glm::dvec4(boxFromRelative[0][i], boxFromRelative[1][i], boxFromRelative[2][i],
+                                            boxFromRelative[3][i]) /
+                                 std::max(half[i], 1e-30));
+        blobs.push_back(blob);
+    }
+    if (blobs.empty()) return {};
+    auto program = _shaders.blob();
+    if (!program) return program.error();
+    auto vertexBuffer = gl::Buffer::create(std::as_bytes(std::span(vertices)));
+    if (!vertexBuffer) return vertexBuffer.error();
+    auto blobBuffer = gl::Buffer::create(std::as_bytes(std::span(blobs)));
+    if (!blobBuffer) return blobBuffer.error();
+    _blobVertices = std::move(*vertexBuffer);
+    _blobs = std::move(*blobBuffer);
+    gl::VertexArray vertexArray = gl::VertexArray::create();
+    vertexArray.attribute({.location = 0, .components = 4});
+    vertexArray.attribute({.location = 1,
+                           .components = 1,
+                           .type = GL_UNSIGNED_INT,
+                           .integer = true,
+                           .offset = offsetof(BlobVertex, blob)});
+    vertexArray.vertexBuffer(0, _blobVertices, 0, sizeof(BlobVertex));
+    (*program)->use();
+    _blobs.bindBase(GL_SHADER_STORAGE_BUFFER, kStorage);
+    _images.bindPositions(static_cast<GLuint>(TextureUnit::Positions));
+    vertexArray.bind();
+    // Back faces alone: there is one behind every pixel of the body, also when the eye is inside.
+    glDisable(GL_DEPTH_TEST);
+    glEnable(GL_CULL_FACE);
+    glCullFace(GL_FRONT);
+    glFrontFace(GL_CCW);
+    glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices.size()));
+    _triangles += vertices.size() / 3;
+    return {};
+}
+
+Result<std::uint64_t> DarknessPainter::paint(const Aspect& scene, const ViewScene& view, const DrawList& visible,
+                                             const Frustum& frustum, const Frustum& wholeView,
+                                             const DrawEntries& drawEntries) {
+    ++_use;
+    _triangles = 0;
+    bool positions = false;
+    for (const ShadowFit* fit : view.lights.fits) {
+        const ShadowDemand demand = shadowModule(fit->mode)->demand(*fit);
+        positions = positions || (demand.inView && demand.positions);
+    }
+    if (auto painted = paintSurfaces(scene, view, visible, positions, drawEntries); !painted) return painted.error();
+    for (std::size_t i = 0; i < view.lights.fits.size(); ++i) {
+        const ShadowFit& fit = *view.lights.fits[i];
+        if (!shadowModule(fit.mode)->demand(fit).inView) continue;
+        _images.beginLayer(static_cast<std::uint32_t>(view.lights.shadows[i].layer));
+        Result<void> painted;
+        switch (fit.mode) {
+            case ShadowMode::VolumeZPass:
+            case ShadowMode::VolumeZFail:
+                painted = paintVolumes(view, fit, frustum, wholeView);
+                break;
+            case ShadowMode::Planar:
+            case ShadowMode::PlanarStencil:
+                painted = paintPlanar(view, fit, drawEntries);
+                break;
+            default:
+                painted = paintBlobs(view, fit, frustum);
+        }
+        if (!painted) return painted.error();
+    }
+    _images.end();
+    std::erase_if(_volumes, [&](const auto& entry) { return _use - entry.second.lastUse > kKeptUses; });
+    return _triangles;
+}
+
+}  // namespace umbriel

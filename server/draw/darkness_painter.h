@@ -1,0 +1,74 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "server/draw/draw_list.h"
+#include "server/draw/gpu_scene.h"
+#include "server/draw/shader_library.h"
+#include "server/gl/vertex_array.h"
+#include "server/shadow/darkness_images.h"
+
+namespace umbriel {
+
+// Draws what keeps lights from the visible surfaces, for modules that work in the view (server/shadow/view_module.h):
+// shadow volumes, flattened casters, blobs.
+class DarknessPainter {
+ public:
+    // Draws a list's entries [first, end) with the program and uniforms that `prepare` sets for each.
+    using DrawEntries = std::function<Result<void>(const DrawList& list, std::size_t first, std::size_t end,
+                                                   const std::function<Result<void>(const SurfaceItem&)>& prepare)>;
+
+    DarknessPainter(GpuScene& scene, ShaderLibrary& shaders) : _gpuScene(scene), _shaders(shaders) {}
+
+    Result<void> reserve(PixelSize work, std::uint32_t samples, std::uint32_t layers, bool positions) {
+        return _images.reserve(work, samples, layers, positions);
+    }
+
+    // For one view in one part of a tile. Viewport, scissor and frame block are set. visible: what the part shows;
+    // frustum: of the part; wholeView: of the view, so that tiles choose alike. Returns the triangles of volumes.
+    Result<std::uint64_t> paint(const Aspect& scene, const ViewScene& view, const DrawList& visible,
+                                const Frustum& frustum, const Frustum& wholeView, const DrawEntries& drawEntries);
+    // For the surface shaders.
+    void bind() const { _images.bind(static_cast<GLuint>(TextureUnit::Darkness)); }
+
+ private:
+    // The volume of one caster in one light, kept while neither moves.
+    struct Volume {
+        std::shared_ptr<const CasterShape> shape;
+        glm::vec4 lightObject{0.0f};
+        GLsizei sides = 0;    // corners; the caps follow
+        GLsizei corners = 0;
+        gl::Buffer buffer;
+        gl::VertexArray vertexArray;
+        std::uint64_t lastUse = 0;
+    };
+    Result<void> paintSurfaces(const Aspect& scene, const ViewScene& view, const DrawList& visible, bool positions,
+                               const DrawEntries& drawEntries);
+    Result<void> paintVolumes(const ViewScene& view, const ShadowFit& fit, const Frustum& frustum,
+                              const Frustum& wholeView);
+    Result<void> paintPlanar(const ViewScene& view, const ShadowFit& fit, const DrawEntries& drawEntries);
+    Result<void> paintBlobs(const ViewScene& view, const ShadowFit& fit, const Frustum& frustum);
+    Result<Volume*> volumeOf(const SurfaceItem& item, const ShadowFit& fit, const glm::dvec4& lightRelative);
+
+    GpuScene& _gpuScene;
+    ShaderLibrary& _shaders;
+    DarknessImages _images;
+    std::map<std::pair<ContainerId, ContainerId>, Volume> _volumes;  // by caster's node and light
+    std::uint64_t _use = 0;
+    std::uint64_t _triangles = 0;
+    gl::Buffer _blobVertices, _blobs;
+};
+
+// Whether a box, placed by relativeFromObject and drawn out to infinity away from the light (w 1: a position, w 0: the
+// direction towards it), misses the frustum. Conservative: false when in doubt.
+bool shadowMisses(const Frustum& frustum, const Box& box, const glm::dmat4& relativeFromObject, const glm::dvec4& light);
+
+// Whether a box may stand between the light and the near rectangle, so that counting what lies before a surface would
+// start within its volume. Conservative: true when in doubt.
+bool mayCoverEye(const Frustum& wholeView, const Box& box, const glm::dmat4& relativeFromObject,
+                 const glm::dvec4& light);
+
+}  // namespace umbriel

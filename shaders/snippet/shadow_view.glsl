@@ -1,0 +1,16 @@
+// Shadows that were made in the view: the darkness images' layer of the light, at this pixel. Of several samples, those
+// of the surface at hand are averaged.
+layout(binding = 10) uniform sampler2DMSArray darkness;
+
+float shadowFactor_view(uint shadow) {
+    ivec3 place = ivec3(ivec2(gl_FragCoord.xy), int(shadows[shadow].layer));  // the images are the target's twins
+    uint covered = uint(gl_SampleMaskIn[0]);
+    float lit = 0.0;
+    float count = 0.0;
+    for (int i = 0; covered != 0u; ++i, covered >>= 1) {
+        if ((covered & 1u) == 0u) continue;
+        lit += 1.0 - clamp(texelFetch(darkness, place, i).r, 0.0, 1.0);
+        count += 1.0;
+    }
+    return lit / count;
+}
