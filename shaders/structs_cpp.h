@@ -21,6 +21,7 @@ using glm::vec3;
 using glm::vec4;
 #include "shaders/structs/deformation.glsl"
 #include "shaders/structs/light.glsl"
+#include "shaders/structs/blob.glsl"
 #include "shaders/structs/raster_eye.glsl"
 #include "shaders/structs/shadow.glsl"
 }  // namespace umbriel::gpu

@@ -32,6 +32,31 @@ std::optional<ShadowFit> fitBody(const LightBody& body, const ShadowFitRequest& 
     return fitMap(body, uniform, request);
 }
 
+// Made in the view, from the light's place alone.
+bool isInView(ShadowMode mode) {
+    return isPlanar(mode) || mode == ShadowMode::VolumeZPass || mode == ShadowMode::VolumeZFail ||
+           mode == ShadowMode::Blob;
+}
+
+// Orthonormal, shining along -z.
+glm::dmat3 axesAlong(const glm::dvec3& direction) {
+    const glm::dvec3 z = -glm::normalize(direction);
+    const glm::dvec3 x = glm::normalize(glm::cross(std::abs(z.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0), z));
+    return {x, glm::cross(z, x), z};
+}
+
+std::optional<ShadowFit> placeInView(const LightInEffect& light, const ShadowFitRequest& request) {
+    if (light.kind == LightKind::Ambient) return std::nullopt;
+    ShadowFit fit;
+    fit.mode = request.mode;
+    fit.perspective = light.kind != LightKind::Directional;
+    fit.positionWorld = light.positionWorld;
+    fit.worldFromLight = axesAlong(light.directionWorld);
+    fit.planeWorld = request.planeWorld;
+    fit.blobSize = request.blobSize;
+    return fit;
+}
+
 bool isFiltered(ShadowMode mode) {
     return mode == ShadowMode::PercentageCloser || mode == ShadowMode::PercentageCloserSoft;
 }
@@ -65,6 +90,10 @@ std::optional<ShadowFit> fitSpot(const glm::dvec3& positionWorld, const glm::dve
     return body ? fitBody(*body, request) : std::nullopt;
 }
 
+bool isPlanar(ShadowMode mode) {
+    return mode == ShadowMode::Planar || mode == ShadowMode::PlanarStencil;
+}
+
 bool isFitted(ShadowMode mode) {
     switch (mode) {
         case ShadowMode::Standard:
@@ -75,6 +104,11 @@ bool isFitted(ShadowMode mode) {
         case ShadowMode::PercentageCloserSoft:
         case ShadowMode::DualParaboloid:
         case ShadowMode::Cube:
+        case ShadowMode::Planar:
+        case ShadowMode::PlanarStencil:
+        case ShadowMode::VolumeZPass:
+        case ShadowMode::VolumeZFail:
+        case ShadowMode::Blob:
             return true;
         default:
             return false;
@@ -140,6 +174,13 @@ ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std:
         if (viewport.skipUniform) filter.boundsBlock = kBoundsStride;
     }
     request.lightSize = viewport.lightSize;
+    request.blobSize = within("blobSize", viewport.blobSize, 1e-3f, 1e3f, 1.0f);
+    const glm::dvec3 normal = viewport.planeNormal;
+    const double length = glm::length(normal);
+    if (length > 0.0 && std::isfinite(length) && std::isfinite(viewport.planeOffset.get()))
+        request.planeWorld = glm::dvec4(normal, viewport.planeOffset.get()) / length;
+    else if (normal != glm::dvec3(0.0))
+        messages.push_back("shadows: planeNormal is no direction; the plane is found instead");
     return request;
 }
 
@@ -156,7 +197,9 @@ ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& li
         const auto add = [&](std::optional<ShadowFit> fit) {
             if (fit) fits.push_back(*fit);
         };
-        if (light.kind == LightKind::Directional) {
+        if (isInView(request.mode)) {
+            add(placeInView(light, request));
+        } else if (light.kind == LightKind::Directional) {
             const double radius = request.lightSize >= 0.0f
                                       ? 0.5 * static_cast<double>(request.lightSize)
                                       : static_cast<double>(aspect.findAs<DirectionalLight>(light.core)->angularRadius);

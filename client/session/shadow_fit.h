@@ -56,6 +56,8 @@ struct ShadowFitRequest {
     float lispFactor = 1.0f;                 // LISP
     ShadowFilter filter{};                   // but for lightSize, which is the light's unless given
     float lightSize = -1.0f;                 // of every light; negative: the light's own
+    glm::dvec4 planeWorld{0.0};              // planar: unit normal and offset; 0: not known
+    float blobSize = 1.0f;                   // blob
     friend bool operator==(const ShadowFitRequest&, const ShadowFitRequest&) = default;
 };
 
@@ -74,6 +76,8 @@ std::optional<ShadowFit> fitSpot(const glm::dvec3& positionWorld, const glm::dve
                                  double range, const Box3d& sceneBounds, std::span<const View> views,
                                  const ShadowFitRequest& request);
 
+// Shadows on one plane alone.
+bool isPlanar(ShadowMode mode);
 // The modules that this version can fit.
 bool isFitted(ShadowMode mode);
 // A viewport's wishes, with what does not fit together put right; a message for each such thing. mapSize: resolved.

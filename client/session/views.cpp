@@ -9,6 +9,7 @@
 
 #include "client/session/camera.h"
 #include "client/session/shadow_fit.h"
+#include "client/session/shadow_plane.h"
 #include "common/wall/grid.h"
 
 namespace umbriel {
@@ -145,11 +146,17 @@ Result<ResolvedViews> resolveViews(const Aspect& aspect, Ref<Window> windowRef, 
         for (std::size_t index : group.views) seen.push_back(result.views.views[index]);
         std::vector<std::string> messages;
         const std::uint32_t mapSize = resolveMapSize(viewport.mapSize, wall, kMaxMapSize, messages);
-        const ShadowFitRequest request = requestOf(viewport, mapSize, messages);
+        ShadowFitRequest request = requestOf(viewport, mapSize, messages);
+        const auto lights = lightsInEffect(aspect, viewport.root, facts.hierarchy, viewport.lightNodes.toVector());
+        if (isPlanar(request.mode) && request.planeWorld == glm::dvec4(0.0)) {
+            const auto plane = largestLitPlane(aspect, viewport.root, facts.bounds, lights);
+            request.planeWorld = plane.value_or(glm::dvec4(0.0));
+            if (!plane && !facts.bounds.empty())
+                messages.push_back("shadows: no flat face of the scene is lit, so planar shadows have no plane to fall "
+                                   "on; name one (planeNormal, planeOffset)");
+        }
         addOnce(result.warnings, messages);
-        const ShadowFits fits =
-            fitShadows(aspect, lightsInEffect(aspect, viewport.root, facts.hierarchy, viewport.lightNodes.toVector()),
-                       facts.bounds, seen, request);
+        const ShadowFits fits = fitShadows(aspect, lights, facts.bounds, seen, request);
         addOnce(result.warnings, fits.messages);
         for (std::size_t index : group.views) result.views.views[index].fits = fits.fits;
     }

@@ -134,6 +134,9 @@ struct Viewport : Container {
     Single<float> maxPenumbra{32.0f};      // PPCF: texels
     Single<bool> hardwareFilter{false};    // PCF: each sample is the mix of its four nearest texels
     Single<bool> skipUniform{true};        // PCF, PPCF: no samples where a map's bounds decide; the result is the same
+    Single<glm::dvec3> planeNormal;        // planar: the plane's normal in world coordinates; 0: the plane is found
+    Single<double> planeOffset{0.0};       // planar: normal . point + offset = 0
+    Single<float> blobSize{1.0f};          // blob: radius over that of the object, seen from the light
     Single<bool> reuseMaps{true};          // a map is drawn again only when its fit or a caster changed
 
     static void declare(TypeBuilder<Viewport>& type) {
@@ -168,6 +171,9 @@ struct Viewport : Container {
         type.field<&Viewport::maxPenumbra>("maxPenumbra");
         type.field<&Viewport::hardwareFilter>("hardwareFilter");
         type.field<&Viewport::skipUniform>("skipUniform");
+        type.field<&Viewport::planeNormal>("planeNormal");
+        type.field<&Viewport::planeOffset>("planeOffset");
+        type.field<&Viewport::blobSize>("blobSize");
         type.field<&Viewport::reuseMaps>("reuseMaps");
     }
 };

@@ -71,6 +71,8 @@ struct ShadowFit {
     float slopeBias = 0.0f;               // polygon-offset factor
     float normalOffset = 0.0f;            // in texels along the geometric normal
     ShadowFilter filter;
+    glm::dvec4 planeWorld{0.0};           // planar modules: unit normal, offset; normal . point + offset = 0
+    float blobSize = 1.0f;                // blobs: of the object's radius
     friend bool operator==(const ShadowFit&, const ShadowFit&) = default;
 };
 

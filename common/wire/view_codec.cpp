@@ -10,7 +10,7 @@ constexpr std::size_t kMaxFits = 1024;
 constexpr std::int32_t kMaxPixels = 1 << 24;
 constexpr std::uint32_t kAllLayers = static_cast<std::uint32_t>(Layer::LightFactors) * 2 - 1;
 // The smallest encodings, for refusing counts before anything is reserved.
-constexpr std::size_t kMinFitBytes = 8 + 1 + 1 + 1 + 1 + 1 + 72 + 24 + 128 + 16 + 12 + 8 + 3 + 8 + 2;
+constexpr std::size_t kMinFitBytes = 8 + 1 + 1 + 1 + 1 + 1 + 72 + 24 + 128 + 16 + 12 + 8 + 3 + 8 + 2 + 36;
 constexpr std::size_t kMinViewBytes = 8 + 1 + 4 + 24 + 72 + 128 + 8 + 1 + 1;
 
 template <class Matrix>
@@ -53,6 +53,8 @@ void writeFit(Writer& writer, const ShadowFit& fit) {
     writer.varint(fit.filter.filterSamples);
     writer.f32(fit.filter.lightSize);
     writer.f32(fit.filter.maxTexels);
+    for (int i = 0; i < 4; ++i) writer.f64(fit.planeWorld[i]);
+    writer.f32(fit.blobSize);
     writer.u8(fit.filter.bilinear ? 1 : 0);
     writer.varint(fit.filter.boundsBlock);
 }
@@ -81,6 +83,8 @@ ShadowFit readFit(Reader& reader) {
     fit.filter.filterSamples = samples();
     fit.filter.lightSize = reader.finiteF32();
     fit.filter.maxTexels = reader.finiteF32();
+    for (int i = 0; i < 4; ++i) fit.planeWorld[i] = reader.finiteF64();
+    fit.blobSize = reader.finiteF32();
     fit.filter.bilinear = reader.boolean();
     fit.filter.boundsBlock = static_cast<std::uint32_t>(reader.bounded(1 << 12, "the blocks of a map are too large"));
     return fit;

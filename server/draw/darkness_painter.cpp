@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
+#include <cstddef>
+#include <limits>
 
 #include "server/shadow/view_module.h"
 #include "shaders/structs_cpp.h"
@@ -11,6 +12,9 @@ namespace umbriel {
 namespace {
 
 constexpr GLuint kStorage = 3;  // vertices of a caster, or blobs
+constexpr double kFlat = 1e-4;  // as in shaders/stage/planar.frag.glsl
+// What is flat, or larger than this share of all casters together, is the ground that others stand on: it has no blob.
+constexpr double kLargestBlob = 0.25;
 // Volumes that no frame has used for so long are let go.
 constexpr std::uint64_t kKeptUses = 64;
 
@@ -91,17 +95,16 @@ bool mayCoverEye(const Frustum& wholeView, const Box& box, const glm::dmat4& rel
 
 Result<DarknessPainter::Volume*> DarknessPainter::volumeOf(const SurfaceItem& item, const ShadowFit& fit,
                                                            const glm::dvec4& lightRelative) {
-    auto shape = item.geometry->casterShape();
-    if (!shape) return shape.error();
+    const auto shape = item.geometry->casterShape();
     glm::dvec4 light = glm::inverse(item.relativeFromObject) * lightRelative;
     if (lightRelative.w == 0.0) light = glm::dvec4(glm::normalize(glm::dvec3(light)), 0.0);
     // Rounded, so that the eye's place, which is in both factors, does not make a volume new.
     const glm::vec4 lightObject(glm::vec3(light), static_cast<float>(lightRelative.w));
     Volume& volume = _volumes[{item.node, fit.light}];
     volume.lastUse = _use;
-    if (volume.shape == *shape && volume.lightObject == lightObject && (volume.buffer || volume.corners == 0))
+    if (volume.shape == shape && volume.lightObject == lightObject && (volume.buffer || volume.corners == 0))
         return &volume;
-    volume.shape = *shape;
+    volume.shape = shape;
     volume.lightObject = lightObject;
     const ShadowVolume made =
         shadowVolume(volume.shape->topology, volume.shape->positions, glm::dvec4(lightObject), true);
@@ -195,8 +198,10 @@ Result<void> DarknessPainter::paintPlanar(const ViewScene& view, const ShadowFit
     const DrawList casters = listAllCasters(view);
     auto drawn = drawEntries(casters, 0, casters.entries.size(), [&](const SurfaceItem& item) -> Result<void> {
         const glm::dmat4& relative = item.relativeFromObject;
+        // What lies on the plane is what the shadow falls on.
+        const double reach = glm::length(glm::dvec3(relative * glm::dvec4(item.geometry->box().centre(), 1.0)));
         (*program)->set(0, glm::mat4(*flatten * relative));
-        (*program)->set(1, glm::vec4(plane * relative));
+        (*program)->set(1, glm::vec4((plane - glm::dvec4(0, 0, 0, kFlat * reach)) * relative));
         (*program)->set(2, glm::vec4(belowLight * relative));
         return {};
     });
@@ -211,6 +216,18 @@ Result<void> DarknessPainter::paintBlobs(const ViewScene& view, const ShadowFit&
     static const CasterTopology cube = casterTopology(kCube, kCubeIndices);
     std::vector<gpu::GpuBlob> blobs;
     std::vector<BlobVertex> vertices;
+    glm::dvec3 lower(std::numeric_limits<double>::infinity());
+    glm::dvec3 upper = -lower;
+    for (const SurfaceItem& item : view.items) {
+        if (!item.castsShadow || item.geometry->box().empty()) continue;
+        for (const glm::dvec3& corner : cornersOf(item.geometry->box(), item.relativeFromObject)) {
+            lower = glm::min(lower, corner);
+            upper = glm::max(upper, corner);
+        }
+    }
+    const double largest = kLargestBlob * glm::length(upper - lower);
+    const auto casters = std::count_if(view.items.begin(), view.items.end(),
+                                       [](const SurfaceItem& item) { return item.castsShadow; });
     for (const SurfaceItem& item : view.items) {
         const Box& box = item.geometry->box();
         if (!item.castsShadow || box.empty()) continue;
@@ -224,8 +241,13 @@ Result<void> DarknessPainter::paintBlobs(const ViewScene& view, const ShadowFit&
             const glm::dvec3 d = corner - centre;
             radius = std::max(radius, glm::length(d - glm::dot(d, along) * along));
         }
+        // Half the box's diagonal, whichever way the light comes.
+        const glm::dvec3 extent = glm::dvec3(box.maximum) - glm::dvec3(box.minimum);
+        const bool isFlat = std::min({extent.x, extent.y, extent.z}) < 1e-3 * glm::length(extent);
+        const bool isGround =
+            casters > 1 && (isFlat || glm::length(corners[7] - corners[0]) > 2.0 * largest);
         radius *= fit.blobSize;
-        if (!(radius > 0.0)) continue;
+        if (!(radius > 0.0) || isGround) continue;
         // A box that holds the blob, whichever way the light comes.
         glm::dmat4 place(radius);
         place[3] = glm::dvec4(centre, 1.0);
@@ -256,7 +278,7 @@ Result<void> DarknessPainter::paintBlobs(const ViewScene& view, const ShadowFit&
         for (int i = 0; i < 3; ++i)
             *rows[i] = glm::vec4(glm::dvec4(boxFromRelative[0][i], boxFromRelative[1][i], boxFromRelative[2][i],
                                             boxFromRelative[3][i]) /
-                                 std::max(half[i], 1e-30));
+                                 std::max(half[i], 1e-3 * glm::length(half)));
         blobs.push_back(blob);
     }
     if (blobs.empty()) return {};

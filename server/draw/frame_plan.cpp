@@ -64,6 +64,7 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_SHADOW_SOFT_FILTER", "contact-hardening"},
     {"FEATURE_SHADOW_BILINEAR", "bilinear-samples"},
     {"FEATURE_SHADOW_BOUNDS", "map-bounds"},
+    {"FEATURE_SHADOW_VIEW", "view-shadows"},
 };
 
 const char* nameOf(PassKind kind) {
@@ -72,6 +73,8 @@ const char* nameOf(PassKind kind) {
             return "deform";
         case PassKind::ShadowMap:
             return "shadow-map";
+        case PassKind::Darkness:
+            return "darkness";
         case PassKind::Background:
             return "background";
         case PassKind::Surfaces:
@@ -145,6 +148,11 @@ class Planner {
         addTarget("colour", "RGBA32F", work, 1, _views.samples, 16);
         addTarget("depth", "D32F", work, 1, _views.samples, 4);
         for (std::uint32_t i = 0; i < _demands.size(); ++i) planView(i);
+        std::uint32_t layers = 0;
+        for (const auto& [view, count] : _darkLayers) layers = std::max(layers, count);
+        addTarget("darkness", "R32F", layers > 0 ? work : PixelSize{}, layers, _views.samples, 4);
+        addTarget("darkness depth", "D32F", layers > 0 ? work : PixelSize{}, 1, _views.samples, 4);
+        addTarget("darkness positions", "RGBA32F", _darkPositions ? work : PixelSize{}, 1, _views.samples, 16);
         if (_views.samples > 1)
             add({PassKind::Resolve, 0, 0, 0, "tile colour", fmt::format("{} samples", _views.samples)});
         addTarget("tile colour", "RGBA32F", largestTile(), static_cast<std::uint32_t>(_tiles.size()), 1, 16);
@@ -196,8 +204,23 @@ class Planner {
         }
     }
 
+    // Shadows that are made in the view.
+    void planDarkness(std::uint32_t view) {
+        const ViewDemand& demand = _demands[view];
+        std::string lights;
+        for (const ViewDemand::Shadow& shadow : demand.shadows) {
+            if (!shadow.demand.inView) continue;
+            lights += fmt::format("{}{}: {}, {} casters", lights.empty() ? "" : "; ", shadow.light,
+                                  shadow.demand.module, shadow.casters);
+            ++_darkLayers[view];
+            _darkPositions = _darkPositions || shadow.demand.positions;
+        }
+        if (!lights.empty()) add({PassKind::Darkness, view, 0, 0, "darkness", lights});
+    }
+
     void planView(std::uint32_t view) {
         const ViewDemand& demand = _demands[view];
+        planDarkness(view);
         for (const auto& [features, count] : demand.surfaces) _plan.variants[features] += count;
         if (demand.background != BackgroundKind::None)
             add({PassKind::Background, view, 0, 0, "colour", nameOf(demand.background)});
@@ -243,6 +266,8 @@ class Planner {
     const std::vector<ViewDemand>& _demands;
     std::span<const TileAssignment> _tiles;
     FramePlan _plan;
+    std::map<std::uint32_t, std::uint32_t> _darkLayers;  // by view
+    bool _darkPositions = false;
 };
 
 }  // namespace

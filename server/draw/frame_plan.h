@@ -67,6 +67,7 @@ enum class Feature : std::uint32_t {
     ShadowSoftFilter,
     ShadowBilinear,
     ShadowBounds,
+    ShadowView,
     Count
 };
 inline constexpr std::uint32_t kFeatureCount = static_cast<std::uint32_t>(Feature::Count);
@@ -91,7 +92,7 @@ const char* defineOf(Feature feature);
 // The features' short names, joined by spaces; "plain" for none.
 std::string describe(FeatureSet set);
 
-enum class PassKind : std::uint32_t { Deform, ShadowMap, Background, Surfaces, Blend, Foreground, Resolve, Layers };
+enum class PassKind : std::uint32_t { Deform, ShadowMap, Darkness, Background, Surfaces, Blend, Foreground, Resolve, Layers };
 
 enum class BackgroundKind : std::uint32_t { None, Colour, Gradient, Image, Environment };
 

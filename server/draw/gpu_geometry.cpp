@@ -76,6 +76,7 @@ Result<void> GpuGeometry::build(const Geometry& geometry) {
     _primitiveTexture = {};
     _flatFaces = {};
     _flatFaceTexture = {};
+    _casterShape.reset();
     _attributes = 0;
     _vertexArray = gl::VertexArray::create();
 
@@ -287,6 +288,7 @@ Result<void> GpuGeometry::update(const Geometry& geometry, std::span<const Multi
 }
 
 void GpuGeometry::updateTriangles(const Geometry& geometry, const IndexRanges& vertices) {
+    _casterShape.reset();
     std::vector<std::uint32_t> touched;
     if (vertices.elementCount() * 4 > _vertices) {
         touched.resize(_triangles);
@@ -344,7 +346,23 @@ void GpuGeometry::updateBounds() {
     for (const Cluster& cluster : _clusters) _box.add(cluster.box);
 }
 
+std::shared_ptr<const CasterShape> GpuGeometry::casterShape() {
+    if (_casterShape) return _casterShape;
+    auto shape = std::make_shared<CasterShape>();
+    if (_triangles > 0) {
+        glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);  // vertices may come from a shader
+        shape->positions.resize(_vertices);
+        _positions.read(0, std::as_writable_bytes(std::span(shape->positions)));
+        std::vector<std::uint32_t> indices(std::size_t{_triangles} * 3);
+        _indices.read(0, std::as_writable_bytes(std::span(indices)));
+        shape->topology = casterTopology(shape->positions, indices);
+    }
+    _casterShape = std::move(shape);
+    return _casterShape;
+}
+
 void GpuGeometry::setClusterBoxes(std::span<const Box> boxes) {
+    _casterShape.reset();
     for (std::size_t i = 0; i < std::min(boxes.size(), _clusters.size()); ++i) _clusters[i].box = boxes[i];
     updateBounds();
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "server/draw/mesh_layout.h"
 #include "server/gl/buffer.h"
 #include "server/gl/vertex_array.h"
+#include "server/shadow/shadow_volume.h"
 
 namespace umbriel {
 
@@ -72,6 +74,8 @@ class GpuGeometry {
     const gl::Buffer& flatFaceBuffer() const { return _flatFaces; }
     // The vertex at a corner of a drawn triangle.
     std::uint32_t indexAt(const Geometry& geometry, std::size_t corner) const;
+    // For shadow volumes: vertices and triangles as they are on the GPU, read back when first asked for after a change.
+    std::shared_ptr<const CasterShape> casterShape();
     // Where the clusters are now, by cluster.
     void setClusterBoxes(std::span<const Box> boxes);
     std::uint64_t bytes() const;
@@ -107,6 +111,7 @@ class GpuGeometry {
     gl::Buffer _indices, _firstTriangles, _faceNormals, _primitiveTable, _flatFaces;
     BufferTexture _faceNormalTexture, _primitiveTexture, _flatFaceTexture;
     gl::VertexArray _vertexArray;
+    std::shared_ptr<const CasterShape> _casterShape;
     std::uint64_t _uploadedBytes = 0;
 };
 

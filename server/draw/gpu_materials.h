@@ -25,7 +25,9 @@ enum class TextureUnit : GLuint {
     Primitives,
     FlatFaces,
     ShadowBounds,
+    Darkness,
     Environment = 12,  // and the two after it
+    Positions = 15,    // of the passes that draw darkness
 };
 inline constexpr std::size_t kMaterialTextures = 6;
 

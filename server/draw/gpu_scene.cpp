@@ -141,6 +141,14 @@ glm::mat3 normalMatrix(const glm::dmat3& linear) {
 
 }  // namespace
 
+void setSides(const SurfaceItem& item) {
+    if (has(item.material->features, Feature::DoubleSided))
+        glDisable(GL_CULL_FACE);
+    else
+        glEnable(GL_CULL_FACE);
+    glFrontFace(item.isMirrored ? GL_CW : GL_CCW);
+}
+
 GpuScene::GpuScene(std::size_t textureBudgetBytes, int maxTextureSize)
     : _textures(textureBudgetBytes, maxTextureSize) {}
 

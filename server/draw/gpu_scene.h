@@ -35,6 +35,9 @@ struct SurfaceItem {
     bool castsShadow = true;
 };
 
+// Which sides of an item are drawn, and which way they are wound.
+void setSides(const SurfaceItem& item);
+
 // Everything about one view that does not depend on the tile, so that all tiles draw the same in the same order.
 struct ViewScene {
     const View* view = nullptr;

@@ -111,6 +111,7 @@ class SceneRenderer final : public Renderer {
         if (!plan) return plan.error();
         if (auto uploaded = _scene.materials().upload(); !uploaded) return uploaded.error();
         if (auto reserved = reserveShadowMaps(demands, paintings); !reserved) return reserved.error();
+        if (auto reserved = reserveDarkness(views, demands); !reserved) return reserved.error();
         if (auto reserved = _targets.reserve(views, _pieces, factorLights); !reserved) return reserved.error();
 
         if (_timer) _timer.begin();
@@ -205,6 +206,21 @@ class SceneRenderer final : public Renderer {
             paintings[i].shadowMaps = &_shadowMaps[i];
         }
         return {};
+    }
+
+    // Images of darkness, when some view asks for them.
+    Result<void> reserveDarkness(const WallViews& views, const std::vector<ViewDemand>& demands) {
+        std::uint32_t layers = 0;
+        bool positions = false;
+        for (const ViewDemand& demand : demands) {
+            std::uint32_t inView = 0;
+            for (const ViewDemand::Shadow& shadow : demand.shadows) {
+                inView += shadow.demand.inView ? 1 : 0;
+                positions = positions || shadow.demand.positions;
+            }
+            layers = std::max(layers, inView);
+        }
+        return _painter.reserveDarkness(layers > 0 ? workSizeOf(views) : PixelSize{}, views.samples, layers, positions);
     }
 
     gl::ContextLimits _limits;

@@ -93,6 +93,18 @@ Result<const gl::Program*> ShaderLibrary::screen(const std::string& fragment) {
     return find({"stage/screen.vert.glsl", fragment, ""}, {});
 }
 
+Result<const gl::Program*> ShaderLibrary::volume() {
+    return find({"stage/volume.vert.glsl", "stage/volume.frag.glsl"}, {});
+}
+
+Result<const gl::Program*> ShaderLibrary::planar() {
+    return find({"stage/planar.vert.glsl", "stage/planar.frag.glsl"}, {});
+}
+
+Result<const gl::Program*> ShaderLibrary::blob() {
+    return find({"stage/blob.vert.glsl", "stage/blob.frag.glsl"}, {});
+}
+
 Result<const gl::Program*> ShaderLibrary::background(BackgroundKind kind) {
     std::vector<gl::ShaderDefine> defines;
     if (kind == BackgroundKind::Image) defines.push_back({"BACKGROUND_IMAGE"});

@@ -21,6 +21,9 @@ class ShaderLibrary {
     Result<const gl::Program*> caster(FeatureSet features, bool hemisphere);
     // A fragment stage over the whole viewport.
     Result<const gl::Program*> screen(const std::string& fragment);
+    Result<const gl::Program*> volume();
+    Result<const gl::Program*> planar();
+    Result<const gl::Program*> blob();
     Result<const gl::Program*> background(BackgroundKind kind);
     Result<const gl::Program*> foreground(bool isText);
 

@@ -24,14 +24,6 @@ void setLightRun(const gl::Program& program, const LightList::Run& run) {
     glProgramUniform2ui(program.id(), 2, run.first, run.count);
 }
 
-void setSides(const SurfaceItem& item) {
-    if (has(item.material->features, Feature::DoubleSided))
-        glDisable(GL_CULL_FACE);
-    else
-        glEnable(GL_CULL_FACE);
-    glFrontFace(item.isMirrored ? GL_CW : GL_CCW);
-}
-
 // Relative to the viewport up to 1, pixels above.
 float placed(float value, std::int32_t origin, std::int32_t size) {
     return static_cast<float>(origin) + (value <= 1.0f ? value * static_cast<float>(size) : value);
@@ -308,6 +300,26 @@ Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall,
     return factors ? _targets.keepFactors(firstLight, painting.area) : drawn;
 }
 
+Result<void> TilePainter::drawDarkness(const Aspect& scene, ViewPainting& painting) {
+    bindView(painting);
+    const View& view = *painting.scene.view;
+    const Frustum part = tileFrustum(view, painting.area, kMarginPixels);
+    const Frustum whole = tileFrustum(view, view.region, kMarginPixels);
+    const auto entries = [&](const DrawList& list, std::size_t first, std::size_t end,
+                             const std::function<Result<void>(const SurfaceItem&)>& prepare) {
+        return drawEntries(painting, list, first, end, [&](const SurfaceItem& item) -> Result<GLenum> {
+            if (auto prepared = prepare(item); !prepared) return prepared.error();
+            return GLenum{GL_TRIANGLES};
+        });
+    };
+    const std::uint64_t before = _counts.triangles;
+    const auto volumes = _darkness.paint(scene, painting.scene, painting.visible, part, whole, entries);
+    if (!volumes) return volumes.error();
+    _counts.triangles += *volumes;
+    _counts.shadowTriangles += _counts.triangles - before;
+    return {};
+}
+
 Result<void> TilePainter::drawBackground(const Aspect& scene, ViewPainting& painting) {
     const ContainerId id = painting.scene.viewport->background.get().id;
     const ImageBackground* image = scene.findAs<ImageBackground>(id);
@@ -500,6 +512,10 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
         }
         Result<void> done;
         switch (pass.kind) {
+            case PassKind::Darkness:
+                done = drawDarkness(scene, painting);
+                _darkness.bind();
+                break;
             case PassKind::Background:
                 done = drawBackground(scene, painting);
                 break;

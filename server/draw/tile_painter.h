@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "server/draw/darkness_painter.h"
 #include "server/draw/draw_list.h"
 #include "server/draw/frame_plan.h"
 #include "server/draw/gpu_scene.h"
@@ -66,6 +67,10 @@ class TilePainter {
     // views: by the plan's view index.
     Result<void> paint(const Aspect& scene, const WallViews& wall, const FramePlan& plan, std::span<ViewPainting> views,
                        const TileAssignment& tile, std::size_t tileIndex);
+    // See DarknessImages. No layers: none are kept.
+    Result<void> reserveDarkness(PixelSize work, std::uint32_t samples, std::uint32_t layers, bool positions) {
+        return _darkness.reserve(work, samples, layers, positions);
+    }
     const Counts& counts() const { return _counts; }
 
  private:
@@ -79,6 +84,7 @@ class TilePainter {
     bool isKept(const ViewPainting& view, std::uint32_t shadow) const;
     Result<void> drawCasters(const Aspect& scene, const ViewPainting& view, const DrawList& casters,
                              const CasterStage& stage);
+    Result<void> drawDarkness(const Aspect& scene, ViewPainting& painting);
     Result<void> drawBackground(const Aspect& scene, ViewPainting& view);
     Result<void> drawForegrounds(const Aspect& scene, ViewPainting& view);
     // Opaque or blended items into the colour image.
@@ -94,6 +100,7 @@ class TilePainter {
     GpuScene& _gpuScene;
     ShaderLibrary& _shaders;
     TileTargets& _targets;
+    DarknessPainter _darkness{_gpuScene, _shaders};
     glm::ivec2 _viewportLimit;
     Counts _counts;
     gl::VertexArray _noVertices;

@@ -6,6 +6,10 @@ namespace umbriel {
 
 Result<void> DarknessImages::reserve(PixelSize size, std::uint32_t samples, std::uint32_t layers, bool positions) {
     if (size == _size && samples == _samples && positions == _hasPositions && layers <= _layerTargets.size()) return {};
+    if (layers == 0) {
+        *this = {};
+        return {};
+    }
     GLint maxLayers = 0;
     glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &maxLayers);
     if (layers > static_cast<std::uint32_t>(maxLayers))

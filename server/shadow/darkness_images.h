@@ -15,7 +15,7 @@ namespace umbriel {
 // 1 and more is dark, 0 lit; counts of volumes stay exact up to 2^24, where a stencil buffer wraps at 256.
 class DarknessImages {
  public:
-    // positions: beside depth, where the surfaces lie. Errors: the driver's limits, out of memory.
+    // positions: beside depth, where the surfaces lie. No layers: gives everything back. Errors: the driver's limits, out of memory.
     Result<void> reserve(PixelSize size, std::uint32_t samples, std::uint32_t layers, bool positions);
 
     // The functions below clear and draw within the scissor that is set.

@@ -2,6 +2,7 @@
 
 #include "server/shadow/hemisphere_module.h"
 #include "server/shadow/map_module.h"
+#include "server/shadow/view_module.h"
 
 namespace umbriel {
 
@@ -15,6 +16,11 @@ const ShadowModule* shadowModule(ShadowMode mode) {
     static const MapModule percentageCloserSoft("percentage closer soft",
                                                 bit(ShadowFeature::Filter) | bit(ShadowFeature::SoftFilter));
     static const HemisphereModule dualParaboloid;
+    static const ViewModule planar("planar", true);
+    static const ViewModule planarStencil("planar, on its plane", true);
+    static const ViewModule volumeZPass("volumes, z-pass", false);
+    static const ViewModule volumeZFail("volumes, z-fail", false);
+    static const ViewModule blob("blob", true);
     switch (mode) {
         case ShadowMode::Standard:
             return &standard;
@@ -32,6 +38,16 @@ const ShadowModule* shadowModule(ShadowMode mode) {
             return &percentageCloserSoft;
         case ShadowMode::DualParaboloid:
             return &dualParaboloid;
+        case ShadowMode::Planar:
+            return &planar;
+        case ShadowMode::PlanarStencil:
+            return &planarStencil;
+        case ShadowMode::VolumeZPass:
+            return &volumeZPass;
+        case ShadowMode::VolumeZFail:
+            return &volumeZFail;
+        case ShadowMode::Blob:
+            return &blob;
         default:
             return nullptr;
     }

@@ -16,7 +16,7 @@ class ShadowMaps;
 // What surface shaders must contain for a light's shadow; each is a `#define FEATURE_...` (Feature of
 // server/draw/frame_plan.h, in this order from Feature::Shadows on).
 enum class ShadowFeature : std::uint32_t {
-    Maps,  // shadow maps at all
+    Maps,  // some light has a shadow; without View, from a map
     Warp,  // some map's texels vary over the map
     Cube,
     Hemispheres,
@@ -24,6 +24,7 @@ enum class ShadowFeature : std::uint32_t {
     SoftFilter,  // the same, with a search for blockers
     Bilinear,    // samples of filters are mixed from four texels
     Bounds,      // filters read the bounds of blocks of texels first
+    View,        // no maps: the view's own darkness images
     Count
 };
 using ShadowFeatureSet = std::uint32_t;  // a bit each
@@ -37,6 +38,8 @@ struct ShadowDemand {
     std::string_view part;          // of the light, for people: "", "face +x"
     std::uint32_t mapTexels = 0;    // side of the fit's layer in the view's depth maps; 0: none, and no pass for it
     std::uint32_t boundsBlock = 0;  // side, in texels of the map, of the blocks whose bounds are kept; 0: none
+    bool inView = false;            // a layer of the view's darkness images (view_module.h)
+    bool positions = false;         // with it, the visible surfaces' positions
 };
 
 // How casters are drawn in a pass: stage/caster.vert.glsl with these.

@@ -31,6 +31,12 @@ struct CasterTopology {
 // indices: three for each triangle; a triangle with an index beyond the positions is left out.
 CasterTopology casterTopology(std::span<const glm::vec3> positions, std::span<const std::uint32_t> indices);
 
+// A caster as its volumes are made from it.
+struct CasterShape {
+    std::vector<glm::vec3> positions;
+    CasterTopology topology;
+};
+
 // Marks a corner that stands at infinity, straight away from the light.
 inline constexpr std::uint32_t kExtruded = 0x80000000u;
 

@@ -5,7 +5,7 @@
 namespace umbriel {
 
 ShadowFeatureSet ViewModule::features(const ShadowFit&) const {
-    return bit(ShadowFeature::Any) | bit(ShadowFeature::View);
+    return bit(ShadowFeature::Maps) | bit(ShadowFeature::View);
 }
 
 ShadowDemand ViewModule::demand(const ShadowFit&) const {
@@ -22,7 +22,7 @@ gpu::GpuShadow ViewModule::describe(const ShadowFit&, const glm::dvec3&) const {
     return shadow;
 }
 
-Result<void> ViewModule::draw(const ShadowFit&, ShadowMaps&, std::uint32_t, const PixelRect&, ShadowCasters&) const {
+Result<void> ViewModule::draw(const ShadowFit&, ShadowMaps&, std::uint32_t, const PixelRect&, ShadowPainter&) const {
     return failure("this shadow module has no map to draw");
 }
 

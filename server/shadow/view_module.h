@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "server/shadow/shadow_module.h"
 
 namespace umbriel {
@@ -16,7 +18,7 @@ class ViewModule final : public ShadowModule {
     gpu::GpuShadow describe(const ShadowFit& fit, const glm::dvec3& eyeWorld) const override;
     // Never called: there is no map.
     Result<void> draw(const ShadowFit& fit, ShadowMaps& maps, std::uint32_t layer, const PixelRect& texels,
-                      ShadowCasters& casters) const override;
+                      ShadowPainter& painter) const override;
 
  private:
     std::string_view _name;

@@ -10,6 +10,21 @@
 // unit. A module is there when its feature is (server/shadow/shadow_module.h). docs/shadows.md says how to add one.
 #ifdef FEATURE_SHADOWS
 layout(std430, binding = 2) readonly buffer Shadows { GpuShadow shadows[]; };
+
+#ifdef FEATURE_SHADOW_VIEW
+#ifndef VERTEX_STAGE
+#include "snippet/shadow_view.glsl"
+#endif
+
+// A viewport has one mode, so here no light has a map. Vertices have no place in the view's images, and none asks.
+float shadowFactor(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
+#ifdef VERTEX_STAGE
+    return 1.0;
+#else
+    return shadowFactor_view(shadow);
+#endif
+}
+#else
 layout(binding = 6) uniform sampler2DArray shadowMaps;
 layout(binding = 10) uniform sampler2DArray shadowBounds;  // stage/shadow_bounds.frag.glsl
 
@@ -53,4 +68,5 @@ float shadowFactor(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
 #endif
     return shadowFactor_map(shadow, relative, normal, toLight);
 }
+#endif
 #endif

@@ -1,6 +1,6 @@
 // Shadows that were made in the view: the darkness images' layer of the light, at this pixel. Of several samples, those
 // of the surface at hand are averaged.
-layout(binding = 10) uniform sampler2DMSArray darkness;
+layout(binding = 11) uniform sampler2DMSArray darkness;
 
 float shadowFactor_view(uint shadow) {
     ivec3 place = ivec3(ivec2(gl_FragCoord.xy), int(shadows[shadow].layer));  // the images are the target's twins

@@ -1,7 +1,7 @@
 #include "formula/shadow.glsl"
 #include "structs/blob.glsl"
 layout(std430, binding = 3) readonly buffer Blobs { GpuBlob blobs[]; };
-layout(binding = 11) uniform sampler2DMS positions;
+layout(binding = 15) uniform sampler2DMS positions;
 flat in uint blob;
 layout(location = 0) out float darknessOut;
 

@@ -1,5 +1,5 @@
 #include "snippet/frame.glsl"
-layout(binding = 11) uniform sampler2DMS positions;
+layout(binding = 15) uniform sampler2DMS positions;
 layout(location = 4) uniform vec4 planeRelative;  // unit normal
 layout(location = 5) uniform float onPlaneOnly;   // 1: surfaces off the plane stay as they are
 in vec4 flattened;

@@ -1,3 +1,4 @@
+#define VERTEX_STAGE
 #include "snippet/frame.glsl"
 #define VARYING out
 #include "snippet/surface_varyings.glsl"
@@ -14,6 +15,8 @@ layout(location = 6) in uint firstTriangle;  // per draw command
 
 layout(location = 0) uniform mat4 relativeFromObject;
 layout(location = 1) uniform mat3 normalFromObject;
+
+invariant gl_Position;  // whatever else a variant computes: depths of several passes are compared
 
 void main() {
     vec4 relative = relativeFromObject * vec4(position, 1.0);

@@ -5,6 +5,7 @@
 const uint kShadowSingle = 0u;
 const uint kShadowCube = 1u;        // six of these in a row, +x -x +y -y +z -z
 const uint kShadowHemisphere = 2u;  // two of these in a row, -z +z of the light
+const uint kShadowInView = 3u;      // no map: a layer of the darkness images
 
 // One part of a light's shadow map: a layer of the pass' depth array. Lengths in metres, points relative to the eye
 // unless said otherwise. Across the light, t is a place on the map's plane: metres (directional), or metres at unit

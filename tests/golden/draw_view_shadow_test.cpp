@@ -1,0 +1,203 @@
+#include "tests/golden/draw_fixture.h"
+
+namespace umbriel {
+namespace {
+
+constexpr std::uint32_t kFactors =
+    static_cast<std::uint32_t>(Layer::Colour) | static_cast<std::uint32_t>(Layer::LightFactors);
+constexpr ShadowMode kVolumes[] = {ShadowMode::VolumeZPass, ShadowMode::VolumeZFail};
+constexpr ShadowMode kHard[] = {ShadowMode::VolumeZPass, ShadowMode::VolumeZFail, ShadowMode::Planar,
+                                ShadowMode::PlanarStencil};
+
+// Shadows that are made in the view: volumes, flattened casters, blobs.
+class ViewShadowTest : public DrawTest {
+ protected:
+    ShadowFit fitOf(ContainerId light, ShadowMode mode, const glm::dvec3& travels) const {
+        ShadowFit fit;
+        fit.light = light;
+        fit.mode = mode;
+        fit.worldFromLight = glm::dmat3(lookingAlong(glm::vec3(travels)));
+        fit.planeWorld = {0, 0, 1, 0};
+        return fit;
+    }
+    ShadowFit fitAt(ContainerId light, ShadowMode mode, const glm::dvec3& position) const {
+        ShadowFit fit = fitOf(light, mode, {0, 0, -1});
+        fit.perspective = true;
+        fit.positionWorld = position;
+        return fit;
+    }
+    Ref<Node> pointLit(Ref<PointLight>& light, const glm::dvec3& position) {
+        light = scene->create<PointLight>();
+        const Ref<Node> beacon = placed(root, position);
+        scene->edit(light).set<&PointLight::intensity>(glm::vec3(50.0f)).set<&PointLight::beacon>(beacon);
+        return node(root, light);
+    }
+    // Pixels of a flat view of 4 x 3 m, 1 cm each, that are dark where nothing keeps the light away or the other way
+    // round; those nearer than a pixel to the edge of the shadow's rectangle are not judged.
+    static std::size_t wrongPixels(const WallImage& factors, glm::dvec2 lower, glm::dvec2 upper, double from) {
+        std::size_t wrong = 0;
+        for (int y = 0; y < 300; ++y)
+            for (int x = 0; x < 400; ++x) {
+                const glm::dvec2 p((x + 0.5) / 100 - 2, (y + 0.5) / 100 - 1.5);
+                if (p.x < from) continue;
+                const double outside =
+                    std::max({lower.x - p.x, p.x - upper.x, lower.y - p.y, p.y - upper.y});
+                if (std::abs(outside) < 0.011) continue;
+                wrong += (factors.at(x, y)[0] > 0.5f) != (outside > 0.0);
+            }
+        return wrong;
+    }
+};
+
+TEST_F(ViewShadowTest, AShadowLiesWhereGeometrySaysToAPixel) {
+    for (const ShadowMode mode : kHard)
+        for (const std::uint32_t samples : {1u, 4u}) {
+            SetUp();
+            const auto light = scene->create<DirectionalLight>();
+            const glm::vec3 travels(1, 0, -1);
+            const Ref<Node> below = lit(root, light, travels);
+            node(below, geometry(gridMesh(8.0f, 8), material({1, 1, 1, 1})));
+            node(placed(below, {-2, 0, 1}), geometry(gridMesh(0.5f), material({1, 1, 1, 1})));
+            View view = flatView(4.0, {400, 300});
+            view.fits = {fitOf(light.id, mode, travels)};
+            const auto images = drawWall(wallViews(view, TileMode::Exact, samples, kFactors));
+            ASSERT_EQ(images.size(), 2u);
+            EXPECT_EQ(wrongPixels(images[1], {-1.5, -0.5}, {-0.5, 0.5}, -1.4), 0u)
+                << static_cast<int>(mode) << ", " << samples << " samples";
+        }
+}
+
+// A lamp 4 m above the ground, a plate of 0.5 m at 2 m: its shadow is twice as large.
+TEST_F(ViewShadowTest, ALampsShadowGrowsWithTheDistance) {
+    for (const ShadowMode mode : kHard) {
+        SetUp();
+        Ref<PointLight> light;
+        const Ref<Node> below = pointLit(light, {-3, 0, 4});
+        node(below, geometry(gridMesh(8.0f, 8), material({1, 1, 1, 1})));
+        node(placed(below, {-1.5, 0, 2}), geometry(gridMesh(0.25f), material({1, 1, 1, 1})));
+        View view = flatView(4.0, {400, 300});
+        view.fits = {fitAt(light.id, mode, {-3, 0, 4})};
+        const auto images = drawWall(wallViews(view, TileMode::Exact, 1, kFactors));
+        ASSERT_EQ(images.size(), 2u);
+        EXPECT_EQ(wrongPixels(images[1], {-0.5, -0.5}, {0.5, 0.5}, -1.2), 0u) << static_cast<int>(mode);
+    }
+}
+
+// The eye hovers in the shadow of a box and looks at the ground, whose border between dark and lit crosses the picture.
+TEST_F(ViewShadowTest, AnEyeInsideAVolumeSeesWhatIsDark) {
+    for (const ShadowMode mode : kVolumes) {
+        SetUp();
+        const auto light = scene->create<DirectionalLight>();
+        const glm::vec3 travels(0, 0, -1);
+        const Ref<Node> below = lit(root, light, travels);
+        node(below, geometry(gridMesh(20.0f, 8), material({1, 1, 1, 1})));
+        node(placed(below, {0, 0, 5}), geometry(boxMesh(glm::vec3(1)), material({1, 1, 1, 1})));
+        View view = lookAt({0, 0, 2}, {0, 3, 0}, 1.2, {200, 150}, {0, 0, 1});
+        view.fits = {fitOf(light.id, mode, travels)};
+        const auto images = drawWall(
+            wallViews(view, TileMode::Exact, 1, kFactors | static_cast<std::uint32_t>(Layer::Position)));
+        ASSERT_EQ(images.size(), 3u);
+        std::size_t wrong = 0, dark = 0, seen = 0;
+        for (int y = 0; y < 150; ++y)
+            for (int x = 0; x < 200; ++x) {
+                if (images[1].at(x, y)[2] > -1.9f) continue;  // the ground is 2 m below the eye
+                const double outside = std::max(std::abs(images[1].at(x, y)[0]), std::abs(images[1].at(x, y)[1])) - 1.0;
+                if (std::abs(outside) < 0.05) continue;
+                ++seen;
+                dark += outside < 0.0;
+                wrong += (images[2].at(x, y)[0] > 0.5f) != (outside > 0.0);
+            }
+        EXPECT_GT(dark, 500u);
+        EXPECT_GT(seen - dark, 5000u);
+        EXPECT_EQ(wrong, 0u) << static_cast<int>(mode);
+    }
+}
+
+// More volumes over each other than an 8-bit stencil can count.
+TEST_F(ViewShadowTest, ThreeHundredOverlapsAreDark) {
+    for (const ShadowMode mode : kVolumes) {
+        SetUp();
+        const auto light = scene->create<DirectionalLight>();
+        const glm::vec3 travels(1, 0, -1);
+        const Ref<Node> below = lit(root, light, travels);
+        node(below, geometry(gridMesh(8.0f, 8), material({1, 1, 1, 1})));
+        const auto plate = geometry(gridMesh(0.5f), material({1, 1, 1, 1}));
+        // Each as if moved along the light, so that all cast the same shadow.
+        for (int i = 0; i < 256; ++i) {
+            const double up = 1.0 + 0.004 * i;
+            node(placed(below, {-1 - up, 0, up}), plate);
+        }
+        View view = flatView(4.0, {400, 300});
+        view.fits = {fitOf(light.id, mode, travels)};
+        const auto images = drawWall(wallViews(view, TileMode::Exact, 1, kFactors));
+        EXPECT_EQ(wrongPixels(images[1], {-1.5, -0.5}, {-0.5, 0.5}, -1.4), 0u) << static_cast<int>(mode);
+    }
+}
+
+TEST_F(ViewShadowTest, TilesAgreeToTheBit) {
+    for (const ShadowMode mode : {ShadowMode::VolumeZPass, ShadowMode::VolumeZFail, ShadowMode::Planar,
+                                  ShadowMode::PlanarStencil, ShadowMode::Blob})
+        for (const std::uint32_t samples : {1u, 4u}) {
+            SetUp();
+            Ref<PointLight> lamp;
+            const Ref<Node> below = pointLit(lamp, {2, -1, 4});
+            node(below, geometry(gridMesh(8.0f, 8), material({1, 1, 1, 1})));
+            for (int i = 0; i < 5; ++i)
+                node(placed(below, {0.8 * i - 1.6, 0.3 * i - 0.5, 0.6}, glm::mat3(lookingAlong({1, 0.3f * i, 0.5f}))),
+                     geometry(boxMesh({0.3f, 0.2f, 0.4f}), material({1, 0.5f, 0.3f, 1})));
+            View view = lookAt({1, -5, 3}, {0, 0, 0.3}, 0.9, {173, 117}, {0, 0, 1});
+            view.fits = {fitAt(lamp.id, mode, {2, -1, 4})};
+            const WallImage whole = drawColour(wallViews(view, TileMode::Exact, samples));
+            view.fits.clear();
+            EXPECT_NE(whole.values, drawColour(wallViews(view, TileMode::Exact, samples)).values) << "there is a shadow";
+            view.fits = {fitAt(lamp.id, mode, {2, -1, 4})};
+            for (const TileMode tiles : {TileMode::Exact, TileMode::Offset}) {
+                const WallImage one = tiles == TileMode::Exact ? whole : drawColour(wallViews(view, tiles, samples));
+                for (const int side : {2, 4})
+                    EXPECT_EQ(one.values, drawColour(wallViews(view, tiles, samples), side, side).values)
+                        << static_cast<int>(mode) << " " << side << " " << samples;
+            }
+        }
+}
+
+// 2 m of blob under a box of 2 sqrt(3) m, seen from above through a box that is cut away: dark in the middle, lit outside.
+TEST_F(ViewShadowTest, ABlobIsDarkUnderItsObjectAndFadesOut) {
+    const auto light = scene->create<DirectionalLight>();
+    const glm::vec3 travels(1, 0, -1);
+    const Ref<Node> below = lit(root, light, travels);
+    node(below, geometry(gridMesh(8.0f, 8), material({1, 1, 1, 1})));
+    node(placed(below, {-2, 0, 2}), geometry(boxMesh(glm::vec3(0.25f)), material({1, 1, 1, 1})));
+    View view = flatView(4.0, {400, 300});
+    view.fits = {fitOf(light.id, ShadowMode::Blob, travels)};
+    const auto images = drawWall(wallViews(view, TileMode::Exact, 1, kFactors));
+    // The axis meets the ground in the middle; across the light the box reaches sqrt(2 0.25^2 + 0.25^2) at its corners.
+    const double radius = 0.25 * std::sqrt(3.0);
+    const auto factor = [&](double x, double y) {
+        return images[1].at(static_cast<int>((x + 2) * 100), static_cast<int>((y + 1.5) * 100))[0];
+    };
+    EXPECT_EQ(factor(0, 0), 0.0f);
+    EXPECT_EQ(factor(0, 0.4 * radius), 0.0f);
+    EXPECT_NEAR(factor(0, 0.75 * radius), 0.5, 0.1) << "half way through the soft rim; a pixel is 0.05 of it";
+    EXPECT_EQ(factor(0, 1.1 * radius), 1.0f);
+    EXPECT_EQ(factor(0.4 * radius * std::sqrt(2.0), 0), 0.0f) << "drawn out where the light comes in at 45 degrees";
+    EXPECT_EQ(factor(1.1 * radius * std::sqrt(2.0), 0), 1.0f);
+}
+
+// Nothing is drawn in the view when the mode works with maps, and no map when it works in the view.
+TEST_F(ViewShadowTest, OnlyWhatIsNeededIsPlanned) {
+    const auto light = scene->create<DirectionalLight>();
+    const Ref<Node> below = lit(root, light, {1, 0, -1});
+    node(below, geometry(gridMesh(8.0f, 8), material({1, 1, 1, 1})));
+    View view = flatView(4.0, {40, 30});
+    view.fits = {fitOf(light.id, ShadowMode::VolumeZFail, {1, 0, -1})};
+    drawColour(wallViews(view));
+    EXPECT_NE(renderer->explain().find("darkness"), std::string::npos);
+    EXPECT_EQ(renderer->explain().find("shadow-map"), std::string::npos) << renderer->explain();
+    EXPECT_EQ(renderer->explain().find("positions"), std::string::npos) << "volumes need depth alone";
+    view.fits = {fitSphere(light.id, {1, 0, -1}, {0, 0, 0}, 12, 64)};
+    drawColour(wallViews(view));
+    EXPECT_EQ(renderer->explain().find("darkness"), std::string::npos) << renderer->explain();
+}
+
+}  // namespace
+}  // namespace umbriel
