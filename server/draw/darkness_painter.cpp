@@ -28,6 +28,31 @@ glm::dvec3 awayFrom(const glm::dvec4& light, const glm::dvec3& point) {
     return light.w * point - glm::dvec3(light);
 }
 
+// How often the way from the light to a corner must be added so that nothing of the view lies beyond. An orthographic
+// view has no room for infinity: there w is 0 for every point at infinity, and a side between two of them is lost.
+// 0: the view is in perspective, and infinity is meant.
+double reachOf(const View& view, const std::array<glm::dvec3, 8>& corners, const glm::dvec4& light) {
+    if (!view.orthographic) return 0.0;
+    const glm::dmat4 relativeFromClip = glm::inverse(clipFromRelativeOf(view));
+    double farthest = 0.0;
+    for (int i = 0; i < 8; ++i) {
+        const glm::dvec4 corner =
+            relativeFromClip * glm::dvec4(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : 0.0, 1.0);
+        for (const glm::dvec3& own : corners)
+            farthest = std::max(farthest, glm::length(glm::dvec3(corner) / corner.w - own));
+    }
+    double shortest = std::numeric_limits<double>::infinity();  // way from the light
+    glm::dvec3 lower = corners[0];
+    glm::dvec3 upper = corners[0];
+    for (const glm::dvec3& corner : corners) {
+        lower = glm::min(lower, corner);
+        upper = glm::max(upper, corner);
+        shortest = std::min(shortest, glm::length(awayFrom(light, corner)));
+    }
+    if (light.w != 0.0) shortest = glm::length(glm::dvec3(light) - glm::clamp(glm::dvec3(light), lower, upper));
+    return 2.0 * farthest / std::max(shortest, 1e-4 * farthest);
+}
+
 DrawList listAllCasters(const ViewScene& view) {
     DrawList list;
     for (std::uint32_t i = 0; i < view.items.size(); ++i) {
@@ -80,9 +105,8 @@ bool mayCoverEye(const Frustum& wholeView, const Box& box, const glm::dmat4& rel
         if (!(std::abs(side) > 0.0)) return false;
         if (side > 0.0) normal = -normal;
         const double slack = 1e-9 * glm::length(normal) * (glm::length(through) + glm::length(middle));
-        return std::all_of(corners.begin(), corners.end(), [&](const glm::dvec3& corner) {
-            return glm::dot(normal, corner - through) > slack;
-        });
+        return std::all_of(corners.begin(), corners.end(),
+                           [&](const glm::dvec3& corner) { return glm::dot(normal, corner - through) > slack; });
     };
     for (std::size_t i = 0; i < 4; ++i) {
         const glm::dvec3 towards = glm::dvec3(light) - light.w * near[i];
@@ -94,7 +118,7 @@ bool mayCoverEye(const Frustum& wholeView, const Box& box, const glm::dmat4& rel
 }
 
 Result<DarknessPainter::Volume*> DarknessPainter::volumeOf(const SurfaceItem& item, const ShadowFit& fit,
-                                                           const glm::dvec4& lightRelative) {
+                                                           const glm::dvec4& lightRelative, bool finite) {
     const auto shape = item.geometry->casterShape();
     glm::dvec4 light = glm::inverse(item.relativeFromObject) * lightRelative;
     if (lightRelative.w == 0.0) light = glm::dvec4(glm::normalize(glm::dvec3(light)), 0.0);
@@ -102,12 +126,14 @@ Result<DarknessPainter::Volume*> DarknessPainter::volumeOf(const SurfaceItem& it
     const glm::vec4 lightObject(glm::vec3(light), static_cast<float>(lightRelative.w));
     Volume& volume = _volumes[{item.node, fit.light}];
     volume.lastUse = _use;
-    if (volume.shape == shape && volume.lightObject == lightObject && (volume.buffer || volume.corners == 0))
+    if (volume.shape == shape && volume.lightObject == lightObject && volume.finite == finite &&
+        (volume.buffer || volume.corners == 0))
         return &volume;
     volume.shape = shape;
     volume.lightObject = lightObject;
+    volume.finite = finite;
     const ShadowVolume made =
-        shadowVolume(volume.shape->topology, volume.shape->positions, glm::dvec4(lightObject), true);
+        shadowVolume(volume.shape->topology, volume.shape->positions, glm::dvec4(lightObject), true, finite);
     std::vector<std::uint32_t> corners = made.sides;
     corners.insert(corners.end(), made.lightCap.begin(), made.lightCap.end());
     corners.insert(corners.end(), made.darkCap.begin(), made.darkCap.end());
@@ -152,7 +178,7 @@ Result<void> DarknessPainter::paintVolumes(const ViewScene& view, const ShadowFi
     const glm::dvec4 light = lightRelative(fit, view.view->eyeWorld);
     for (const SurfaceItem& item : view.items) {
         if (!item.castsShadow || shadowMisses(frustum, item.geometry->box(), item.relativeFromObject, light)) continue;
-        auto volume = volumeOf(item, fit, light);
+        auto volume = volumeOf(item, fit, light, view.view->orthographic);
         if (!volume) return volume.error();
         if ((*volume)->corners == 0) continue;
         // From infinity behind the surface towards it (z-fail): right wherever the eye is. From the eye towards the
@@ -163,19 +189,24 @@ Result<void> DarknessPainter::paintVolumes(const ViewScene& view, const ShadowFi
         (*program)->set(2, fromBehind ? glm::vec2(-1.0f, 1.0f) : glm::vec2(1.0f, -1.0f));
         (*program)->set(0, glm::mat4(item.relativeFromObject));
         (*program)->set(1, (*volume)->lightObject);
+        // In the object's space a directional light's way is of unit length.
+        const auto corners = cornersOf(item.geometry->box(), item.relativeFromObject);
+        const double unit = light.w == 0.0
+                                ? glm::length(glm::dmat3(item.relativeFromObject) * glm::dvec3((*volume)->lightObject))
+                                : 1.0;
+        (*program)->set(3, static_cast<float>(reachOf(*view.view, corners, light) / unit));
         glFrontFace(item.isMirrored ? GL_CW : GL_CCW);
         item.geometry->positions().bindBase(GL_SHADER_STORAGE_BUFFER, kStorage);
         (*volume)->vertexArray.bind();
-        const GLsizei corners = fromBehind ? (*volume)->corners : (*volume)->sides;
-        glDrawArrays(GL_TRIANGLES, 0, corners);
-        _triangles += static_cast<std::uint64_t>(corners) / 3;
+        const GLsizei drawn = fromBehind ? (*volume)->corners : (*volume)->sides;
+        glDrawArrays(GL_TRIANGLES, 0, drawn);
+        _triangles += static_cast<std::uint64_t>(drawn) / 3;
     }
     glFrontFace(GL_CCW);
     return {};
 }
 
-Result<void> DarknessPainter::paintPlanar(const ViewScene& view, const ShadowFit& fit,
-                                          const DrawEntries& drawEntries) {
+Result<void> DarknessPainter::paintPlanar(const ViewScene& view, const ShadowFit& fit, const DrawEntries& drawEntries) {
     const glm::dvec3 eye = view.view->eyeWorld;
     const glm::dvec4 light = lightRelative(fit, eye);
     const glm::dvec3 normal(fit.planeWorld);
@@ -226,8 +257,8 @@ Result<void> DarknessPainter::paintBlobs(const ViewScene& view, const ShadowFit&
         }
     }
     const double largest = kLargestBlob * glm::length(upper - lower);
-    const auto casters = std::count_if(view.items.begin(), view.items.end(),
-                                       [](const SurfaceItem& item) { return item.castsShadow; });
+    const auto casters =
+        std::count_if(view.items.begin(), view.items.end(), [](const SurfaceItem& item) { return item.castsShadow; });
     for (const SurfaceItem& item : view.items) {
         const Box& box = item.geometry->box();
         if (!item.castsShadow || box.empty()) continue;
@@ -244,8 +275,7 @@ Result<void> DarknessPainter::paintBlobs(const ViewScene& view, const ShadowFit&
         // Half the box's diagonal, whichever way the light comes.
         const glm::dvec3 extent = glm::dvec3(box.maximum) - glm::dvec3(box.minimum);
         const bool isFlat = std::min({extent.x, extent.y, extent.z}) < 1e-3 * glm::length(extent);
-        const bool isGround =
-            casters > 1 && (isFlat || glm::length(corners[7] - corners[0]) > 2.0 * largest);
+        const bool isGround = casters > 1 && (isFlat || glm::length(corners[7] - corners[0]) > 2.0 * largest);
         radius *= fit.blobSize;
         if (!(radius > 0.0) || isGround) continue;
         // A box that holds the blob, whichever way the light comes.
@@ -256,15 +286,18 @@ Result<void> DarknessPainter::paintBlobs(const ViewScene& view, const ShadowFit&
         const double reach = light.w > 0.0 ? glm::length(away) : 0.0;
         if (light.w > 0.0 && reach <= 1.7321 * radius) continue;  // the light is within it: no side has a shadow
         const glm::dvec4 lightCube = light.w > 0.0 ? glm::dvec4(-away / radius, 1.0) : glm::dvec4(-along, 0.0);
-        const ShadowVolume volume = shadowVolume(cube, kCube, lightCube, true);
+        const ShadowVolume volume = shadowVolume(cube, kCube, lightCube, true, view.view->orthographic);
+        const double viewReach = reachOf(*view.view, cornersOf(unit, place), light);
         const auto index = static_cast<std::uint32_t>(blobs.size());
         for (const auto* list : {&volume.sides, &volume.lightCap, &volume.darkCap})
             for (const std::uint32_t corner : *list) {
                 const glm::dvec3 at = glm::dvec3(kCube[corner & ~kExtruded]);
                 const glm::dvec3 there = centre + radius * at;
-                vertices.push_back({corner & kExtruded ? glm::vec4(awayFrom(light, there), 0.0f)
-                                                       : glm::vec4(there, 1.0f),
-                                    index});
+                glm::dvec4 stands(there, 1.0);
+                if (corner & kExtruded)
+                    stands = viewReach > 0.0 ? stands + glm::dvec4(viewReach * awayFrom(light, there), 0.0)
+                                             : glm::dvec4(awayFrom(light, there), 0.0);
+                vertices.push_back({glm::vec4(stands), index});
             }
         // The item's own box as the cube of [-1, 1].
         const glm::dvec3 half = 0.5 * (glm::dvec3(box.maximum) - glm::dvec3(box.minimum));
@@ -276,9 +309,9 @@ Result<void> DarknessPainter::paintBlobs(const ViewScene& view, const ShadowFit&
         blob.radius = static_cast<float>(radius);
         glm::vec4* rows[] = {&blob.boxFromX, &blob.boxFromY, &blob.boxFromZ};
         for (int i = 0; i < 3; ++i)
-            *rows[i] = glm::vec4(glm::dvec4(boxFromRelative[0][i], boxFromRelative[1][i], boxFromRelative[2][i],
-                                            boxFromRelative[3][i]) /
-                                 std::max(half[i], 1e-3 * glm::length(half)));
+            *rows[i] = glm::vec4(
+                glm::dvec4(boxFromRelative[0][i], boxFromRelative[1][i], boxFromRelative[2][i], boxFromRelative[3][i]) /
+                std::max(half[i], 1e-3 * glm::length(half)));
         blobs.push_back(blob);
     }
     if (blobs.empty()) return {};

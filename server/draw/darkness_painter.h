@@ -39,7 +39,8 @@ class DarknessPainter {
     struct Volume {
         std::shared_ptr<const CasterShape> shape;
         glm::vec4 lightObject{0.0f};
-        GLsizei sides = 0;    // corners; the caps follow
+        bool finite = false;
+        GLsizei sides = 0;  // corners; the caps follow
         GLsizei corners = 0;
         gl::Buffer buffer;
         gl::VertexArray vertexArray;
@@ -51,7 +52,8 @@ class DarknessPainter {
                               const Frustum& wholeView);
     Result<void> paintPlanar(const ViewScene& view, const ShadowFit& fit, const DrawEntries& drawEntries);
     Result<void> paintBlobs(const ViewScene& view, const ShadowFit& fit, const Frustum& frustum);
-    Result<Volume*> volumeOf(const SurfaceItem& item, const ShadowFit& fit, const glm::dvec4& lightRelative);
+    Result<Volume*> volumeOf(const SurfaceItem& item, const ShadowFit& fit, const glm::dvec4& lightRelative,
+                             bool finite);
 
     GpuScene& _gpuScene;
     ShaderLibrary& _shaders;
@@ -64,7 +66,8 @@ class DarknessPainter {
 
 // Whether a box, placed by relativeFromObject and drawn out to infinity away from the light (w 1: a position, w 0: the
 // direction towards it), misses the frustum. Conservative: false when in doubt.
-bool shadowMisses(const Frustum& frustum, const Box& box, const glm::dmat4& relativeFromObject, const glm::dvec4& light);
+bool shadowMisses(const Frustum& frustum, const Box& box, const glm::dmat4& relativeFromObject,
+                  const glm::dvec4& light);
 
 // Whether a box may stand between the light and the near rectangle, so that counting what lies before a surface would
 // start within its volume. Conservative: true when in doubt.

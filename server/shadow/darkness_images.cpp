@@ -13,8 +13,8 @@ Result<void> DarknessImages::reserve(PixelSize size, std::uint32_t samples, std:
     GLint maxLayers = 0;
     glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &maxLayers);
     if (layers > static_cast<std::uint32_t>(maxLayers))
-        return failure(fmt::format("{} lights with shadows made in the view are more than this driver allows ({})", layers,
-                                   maxLayers));
+        return failure(fmt::format("{} lights with shadows made in the view are more than this driver allows ({})",
+                                   layers, maxLayers));
     *this = {};
     const auto count = static_cast<GLsizei>(samples);
     GLuint id = 0;

@@ -11,11 +11,12 @@
 namespace umbriel {
 
 // What keeps each light from the visible surfaces, pixel by pixel: for modules that work in the view instead of in the
-// light's space. As large as the images tiles are worked on in, with as many samples. Layers are sums in floating point:
-// 1 and more is dark, 0 lit; counts of volumes stay exact up to 2^24, where a stencil buffer wraps at 256.
+// light's space. As large as the images tiles are worked on in, with as many samples. Layers are sums in floating
+// point: 1 and more is dark, 0 lit; counts of volumes stay exact up to 2^24, where a stencil buffer wraps at 256.
 class DarknessImages {
  public:
-    // positions: beside depth, where the surfaces lie. No layers: gives everything back. Errors: the driver's limits, out of memory.
+    // positions: beside depth, where the surfaces lie. No layers: gives everything back. Errors: the driver's limits,
+    // out of memory.
     Result<void> reserve(PixelSize size, std::uint32_t samples, std::uint32_t layers, bool positions);
 
     // The functions below clear and draw within the scissor that is set.

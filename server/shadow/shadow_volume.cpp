@@ -78,8 +78,8 @@ CasterTopology casterTopology(std::span<const glm::vec3> positions, std::span<co
 }
 
 ShadowVolume shadowVolume(const CasterTopology& topology, std::span<const glm::vec3> positions,
-                          const glm::dvec4& lightObject, bool caps) {
-    const bool directional = lightObject.w == 0.0;
+                          const glm::dvec4& lightObject, bool caps, bool finite) {
+    const bool endsInPoint = lightObject.w == 0.0 && !finite;
     std::vector<std::int8_t> casts(topology.triangles.size());  // 1: as it is, -1: turned round, 0: not
     ShadowVolume volume;
     for (std::size_t i = 0; i < casts.size(); ++i) {
@@ -89,7 +89,7 @@ ShadowVolume shadowVolume(const CasterTopology& topology, std::span<const glm::v
         if (!caps || casts[i] == 0) continue;
         const std::array<std::uint32_t, 3> lit = casts[i] > 0 ? std::array{t.x, t.y, t.z} : std::array{t.x, t.z, t.y};
         volume.lightCap.insert(volume.lightCap.end(), lit.begin(), lit.end());
-        if (!directional)
+        if (!endsInPoint)
             for (const int k : {0, 2, 1}) volume.darkCap.push_back(lit[static_cast<std::size_t>(k)] | kExtruded);
     }
     for (const CasterTopology::Edge& edge : topology.edges) {
@@ -104,7 +104,7 @@ ShadowVolume shadowVolume(const CasterTopology& topology, std::span<const glm::v
         if (balance < 0) std::swap(a, b);
         for (int copy = 0; copy < std::abs(balance); ++copy) {
             volume.sides.insert(volume.sides.end(), {a, b, b | kExtruded});
-            if (!directional) volume.sides.insert(volume.sides.end(), {a, b | kExtruded, a | kExtruded});
+            if (!endsInPoint) volume.sides.insert(volume.sides.end(), {a, b | kExtruded, a | kExtruded});
         }
     }
     return volume;

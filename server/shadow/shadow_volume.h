@@ -47,13 +47,14 @@ inline constexpr std::uint32_t kExtruded = 0x80000000u;
 struct ShadowVolume {
     std::vector<std::uint32_t> sides;     // from the edges of what faces the light to infinity
     std::vector<std::uint32_t> lightCap;  // the triangles that cast
-    std::vector<std::uint32_t> darkCap;   // those at infinity; none for a directional light: its sides meet in a point
+    std::vector<std::uint32_t> darkCap;   // those at infinity; none when its sides meet in a point
 };
 
-// lightObject: in the mesh's space; w 1: a position, w 0: the direction towards the light. caps: false leaves both out,
-// as counting what lies before the surface (z-pass) needs none. A triangle seen edge-on casts nothing; decided in
-// double once for each triangle, so neighbours agree.
+// lightObject: in the mesh's space; w 1: a position, w 0: the direction towards it. caps: false leaves both out, as
+// counting what lies before the surface (z-pass) needs none. finite: it will end at a finite distance, where the sides
+// of a directional light do not meet. A triangle seen edge-on casts nothing; decided in double once for each triangle,
+// so neighbours agree.
 ShadowVolume shadowVolume(const CasterTopology& topology, std::span<const glm::vec3> positions,
-                          const glm::dvec4& lightObject, bool caps);
+                          const glm::dvec4& lightObject, bool caps, bool finite = false);
 
 }  // namespace umbriel

@@ -28,9 +28,9 @@ class ViewModule final : public ShadowModule {
 // The light of a fit as a point (w 1) or as the direction towards it (w 0), relative to the eye, world axes.
 glm::dvec4 lightRelative(const ShadowFit& fit, const glm::dvec3& eyeWorld);
 
-// Projects from a light onto a plane (Blinn 1988; Ganster 2002, eq. 10 with the 0 at (3,3) that flattens z): points in one
-// space, normal . x + w = 0 the plane. Nothing when the light is not on the plane's positive side: then it lights no face
-// of it. w of the result is positive for what lies between light and plane.
+// Projects from a light onto a plane (Blinn 1988; Ganster 2002, eq. 10 with the 0 at (3,3) that flattens z): points in
+// one space, normal . x + w = 0 the plane. Nothing when the light is not on the plane's positive side: then it lights
+// no face of it. w of the result is positive for what lies between light and plane.
 std::optional<glm::dmat4> flattening(const glm::dvec4& plane, const glm::dvec4& light);
 
 }  // namespace umbriel

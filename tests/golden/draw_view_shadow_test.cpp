@@ -40,8 +40,7 @@ class ViewShadowTest : public DrawTest {
             for (int x = 0; x < 400; ++x) {
                 const glm::dvec2 p((x + 0.5) / 100 - 2, (y + 0.5) / 100 - 1.5);
                 if (p.x < from) continue;
-                const double outside =
-                    std::max({lower.x - p.x, p.x - upper.x, lower.y - p.y, p.y - upper.y});
+                const double outside = std::max({lower.x - p.x, p.x - upper.x, lower.y - p.y, p.y - upper.y});
                 if (std::abs(outside) < 0.011) continue;
                 wrong += (factors.at(x, y)[0] > 0.5f) != (outside > 0.0);
             }
@@ -94,8 +93,8 @@ TEST_F(ViewShadowTest, AnEyeInsideAVolumeSeesWhatIsDark) {
         node(placed(below, {0, 0, 5}), geometry(boxMesh(glm::vec3(1)), material({1, 1, 1, 1})));
         View view = lookAt({0, 0, 2}, {0, 3, 0}, 1.2, {200, 150}, {0, 0, 1});
         view.fits = {fitOf(light.id, mode, travels)};
-        const auto images = drawWall(
-            wallViews(view, TileMode::Exact, 1, kFactors | static_cast<std::uint32_t>(Layer::Position)));
+        const auto images =
+            drawWall(wallViews(view, TileMode::Exact, 1, kFactors | static_cast<std::uint32_t>(Layer::Position)));
         ASSERT_EQ(images.size(), 3u);
         std::size_t wrong = 0, dark = 0, seen = 0;
         for (int y = 0; y < 150; ++y)
@@ -149,7 +148,8 @@ TEST_F(ViewShadowTest, TilesAgreeToTheBit) {
             view.fits = {fitAt(lamp.id, mode, {2, -1, 4})};
             const WallImage whole = drawColour(wallViews(view, TileMode::Exact, samples));
             view.fits.clear();
-            EXPECT_NE(whole.values, drawColour(wallViews(view, TileMode::Exact, samples)).values) << "there is a shadow";
+            EXPECT_NE(whole.values, drawColour(wallViews(view, TileMode::Exact, samples)).values)
+                << "there is a shadow";
             view.fits = {fitAt(lamp.id, mode, {2, -1, 4})};
             for (const TileMode tiles : {TileMode::Exact, TileMode::Offset}) {
                 const WallImage one = tiles == TileMode::Exact ? whole : drawColour(wallViews(view, tiles, samples));
@@ -160,7 +160,8 @@ TEST_F(ViewShadowTest, TilesAgreeToTheBit) {
         }
 }
 
-// 2 m of blob under a box of 2 sqrt(3) m, seen from above through a box that is cut away: dark in the middle, lit outside.
+// 2 m of blob under a box of 2 sqrt(3) m, seen from above through a box that is cut away: dark in the middle, lit
+// outside.
 TEST_F(ViewShadowTest, ABlobIsDarkUnderItsObjectAndFadesOut) {
     const auto light = scene->create<DirectionalLight>();
     const glm::vec3 travels(1, 0, -1);

@@ -193,6 +193,8 @@ RC_GTEST_PROP(ShadowVolume, IsClosed, (std::uint32_t seed)) {
     const glm::dvec4 light(static_cast<double>(random() % 9) - 4, static_cast<double>(random() % 9) - 4,
                            static_cast<double>(random() % 9) - 4.5, directional ? 0.0 : 1.0);
     RC_ASSERT(openEdges(all(volumeOf(mesh, light)), directional) == 0);
+    const auto ended = shadowVolume(casterTopology(mesh.positions, mesh.indices), mesh.positions, light, true, true);
+    RC_ASSERT(openEdges(all(ended), false) == 0);
 }
 
 }  // namespace
