@@ -149,8 +149,8 @@ Result<DarknessPainter::Volume*> DarknessPainter::volumeOf(const SurfaceItem& it
     return &volume;
 }
 
-Result<void> DarknessPainter::paintSurfaces(const Aspect& scene, const ViewScene& view, const DrawList& visible,
-                                            bool positions, const DrawEntries& drawEntries) {
+Result<void> DarknessPainter::paintSurfaces(const Aspect& scene, const DrawList& visible, bool positions,
+                                            const DrawEntries& drawEntries) {
     _images.beginSurfaces();
     const gl::Program* current = nullptr;
     const GpuMaterial* material = nullptr;
@@ -355,7 +355,7 @@ Result<std::uint64_t> DarknessPainter::paint(const Aspect& scene, const ViewScen
         const ShadowDemand demand = shadowModule(fit->mode)->demand(*fit);
         positions = positions || (demand.inView && demand.positions);
     }
-    if (auto painted = paintSurfaces(scene, view, visible, positions, drawEntries); !painted) return painted.error();
+    if (auto painted = paintSurfaces(scene, visible, positions, drawEntries); !painted) return painted.error();
     for (std::size_t i = 0; i < view.lights.fits.size(); ++i) {
         const ShadowFit& fit = *view.lights.fits[i];
         if (!shadowModule(fit.mode)->demand(fit).inView) continue;

@@ -46,7 +46,7 @@ class DarknessPainter {
         gl::VertexArray vertexArray;
         std::uint64_t lastUse = 0;
     };
-    Result<void> paintSurfaces(const Aspect& scene, const ViewScene& view, const DrawList& visible, bool positions,
+    Result<void> paintSurfaces(const Aspect& scene, const DrawList& visible, bool positions,
                                const DrawEntries& drawEntries);
     Result<void> paintVolumes(const ViewScene& view, const ShadowFit& fit, const Frustum& frustum,
                               const Frustum& wholeView);

@@ -35,8 +35,8 @@ class ShaderLibrary {
     struct Stages {
         std::string vertex;
         std::string fragment;  // empty: depth only
-        std::string compute;   // then no others
-        std::string control = {};     // of tessellation; empty: none
+        std::string compute = {};  // then no others
+        std::string control = {};  // of tessellation; empty: none
         std::string evaluation = {};
     };
     Result<const gl::Program*> find(const Stages& stages, const std::vector<gl::ShaderDefine>& defines);

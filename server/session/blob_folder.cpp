@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -117,13 +118,12 @@ void BlobFolder::store(const wire::Blob& blob) {
 }
 
 Result<void> BlobFolder::write(const wire::Blob& blob, const fs::path& path) {
-    // No other server has this process' number, and none of its threads this counter.
-    const fs::path part =
-        _folder / fmt::format("{}-{}-{}{}", toHex(blob.ref.hash), ::getpid(), _counter++, kHalfWritten);
-    Descriptor file(::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600));
-    if (file.get() < 0) return systemError(part.string());
+    // The system finds a free name: process numbers repeat in containers, and several folders may be open in one.
+    std::string part = (_folder / fmt::format("{}-XXXXXX{}", toHex(blob.ref.hash), kHalfWritten)).string();
+    Descriptor file(::mkostemps(part.data(), static_cast<int>(kHalfWritten.size()), O_CLOEXEC));
+    if (file.get() < 0) return systemError(part);
     const auto failed = [&] {
-        const Error error = systemError(part.string());
+        const Error error = systemError(part);
         ::unlink(part.c_str());
         return error;
     };

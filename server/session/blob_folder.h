@@ -41,7 +41,6 @@ class BlobFolder {
     std::uint64_t _limit;
     std::uint64_t _unaccounted = ~std::uint64_t{0};  // stored since the folder was looked through
     std::uint64_t _found = 0;                        // bytes in it then
-    std::uint64_t _counter = 0;                      // of half written files
     bool _broken = false;
 };
 

@@ -138,7 +138,9 @@ TEST(Models, TheSheetsFiguresHoldWhatTheTextbookSays) {
             EXPECT_GT(one["rmse"], 1e-3) << one.dump();
         if (one["shading"] == "gouraud") gouraud = one["rmse"];
         if (one["shading"] == "flat") flat = one["rmse"];
-        if (one["model"] == "general-sum") EXPECT_LT(one["rmse_to_phong"], 1e-7);
+        if (one["model"] == "general-sum") {
+            EXPECT_LT(one["rmse_to_phong"], 1e-7);
+        }
     }
     EXPECT_LT(gouraud, flat);
     EXPECT_EQ(folder.names(), std::vector<std::string>{"sheet.png"});

@@ -169,7 +169,9 @@ TEST(EnvironmentLight, SharesAreTheBrdfsAlbedo) {
                 const double diffuse = f::environmentUnmirrored(f0, share.z).x * f::diffuseAlbedo(material).x;
                 EXPECT_NEAR(mirrored + diffuse, sum, 0.004) << row << " " << column << " " << metallic;
                 // glTF's dielectric with a white base gives back more than it gets at grazing angles; a metal does not.
-                if (metallic > 0.0) EXPECT_LE(mirrored + diffuse, 1.001);
+                if (metallic > 0.0) {
+                    EXPECT_LE(mirrored + diffuse, 1.001);
+                }
             }
 }
 

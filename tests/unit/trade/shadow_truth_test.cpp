@@ -323,7 +323,9 @@ TEST_F(Truth, ASquareMovedByLessThanATexelIsAnEdgeAndByMoreIsALeak) {
         // Each side: the pixels from 0.5 to 0.75 m away, 2 columns of 16 rows.
         EXPECT_EQ(beyond.leaks > 0, pixels == 6);
         EXPECT_EQ(beyond.acne > 0, pixels == 6);
-        if (pixels == 6) EXPECT_EQ(beyond.acne, 2u * 16u);
+        if (pixels == 6) {
+            EXPECT_EQ(beyond.acne, 2u * 16u);
+        }
     }
 }
 
