@@ -8,8 +8,10 @@
 #include <cstring>
 #include <optional>
 
+#include "common/base/log.h"
 #include "common/image/assemble.h"
 #include "common/image/exr_io.h"
+#include "common/image/hdr_io.h"
 #include "common/image/png_io.h"
 
 namespace umbriel {
@@ -66,6 +68,16 @@ void place(const TileLayer& layer, const TileAssignment& tile, BasicImage<T>& wa
     copyTile(std::span<const T>(samples), static_cast<int>(layer.channels), tile.pixels, wall);
 }
 
+Result<void> writeRadiance(const fs::path& path, const FloatImage& rgba) {
+    const auto repairs = writeHdr(path, rgba);
+    if (!repairs) return repairs.error();
+    if (const std::uint64_t count = repairs->negative + repairs->nan + repairs->tooLarge; count > 0)
+        log::warning(fmt::format("{}: {} values below 0, {} that are no number and {} beyond {:.3g} do not fit the format "
+                                 "and were replaced; .exr keeps them",
+                                 path.string(), repairs->negative, repairs->nan, repairs->tooLarge, kHdrMax));
+    return {};
+}
+
 }  // namespace
 
 Result<OutputFiles> OutputFiles::plan(const std::vector<std::string>& outs, std::uint64_t frames) {
@@ -82,8 +94,9 @@ Result<OutputFiles> OutputFiles::plan(const std::vector<std::string>& outs, std:
                                         out, frames));
         const fs::path path(pattern);
         const std::string suffix = path.extension().string();
-        if (suffix != ".exr" && suffix != ".png")
-            return badInput(fmt::format("--out '{}': expected a name ending in .exr or .png, or an existing folder", out));
+        if (suffix != ".exr" && suffix != ".hdr" && suffix != ".png")
+            return badInput(
+                fmt::format("--out '{}': expected a name ending in .exr, .hdr or .png, or an existing folder", out));
         const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
         if (!fs::is_directory(folder, error))
             return badInput(fmt::format("--out '{}': there is no folder {}; create it first", out, folder.string()));
@@ -112,9 +125,13 @@ Result<std::vector<fs::path>> OutputFiles::write(std::uint64_t frame, std::strin
                                                    double exposure, ToneMapping toneMapping) const {
     const std::vector<fs::path> paths = pathsFor(frame, suffix);
     for (const fs::path& path : paths) {
-        const Result<void> written = path.extension() == ".png"
-                                         ? writePng(path, image.rgba, {.exposure = exposure, .toneMapping = toneMapping})
-                                         : writeExr(path, image);
+        Result<void> written;
+        if (path.extension() == ".png")
+            written = writePng(path, image.rgba, {.exposure = exposure, .toneMapping = toneMapping});
+        else if (path.extension() == ".hdr")
+            written = writeRadiance(path, image.rgba);
+        else
+            written = writeExr(path, image);
         if (!written) return written.error();
     }
     return paths;

@@ -12,8 +12,8 @@
 
 namespace umbriel {
 
-// Where the pictures of a run go. One --out: a file ending in .exr or .png, a pattern with one %d or %0Nd for the frame
-// number ("x.%04d.exr"), or an existing folder (then frame.%04d.exr in it).
+// Where the pictures of a run go. One --out: a file ending in .exr, .hdr or .png, a pattern with one %d or %0Nd for the
+// frame number ("x.%04d.exr"), or an existing folder (then frame.%04d.exr in it).
 class OutputFiles {
    public:
     // Checks everything that can be checked before drawing: suffix, pattern, that the folder exists and is writable,

@@ -169,7 +169,7 @@ int main(int argc, char** argv) {
     RenderArguments render;
     CLI::App* renderCommand = app.add_subcommand("render", "draw one or more frames off screen into EXR or PNG files");
     addSceneOptions(*renderCommand, render.scene);
-    renderCommand->add_option("--out", render.out, "x.exr, x.png, a pattern such as x.%04d.exr, or a folder; repeatable")
+    renderCommand->add_option("--out", render.out, "x.exr, x.hdr, x.png, a pattern such as x.%04d.exr, or a folder; repeatable")
         ->allow_extra_args(false);
     renderCommand->add_option("--layers", render.layers, "further EXR layers: depth,position,normal,ids,light");
     renderCommand->add_option("--frames", render.frames, "how many frames")->capture_default_str();

@@ -196,6 +196,14 @@ TEST(Render, LayersArriveInTheFile) {
     EXPECT_NE(image->uintLayer("ids"), nullptr);
 }
 
+TEST(Render, RadianceFilesHoldTheColoursOfTheExr) {
+    const TemporaryFolder folder;
+    render({"demo:spheres?n=4", "--size", "64x36", "--out", folder / "a.exr", "--out", folder / "a.hdr"});
+    const Outcome compared = run("umbriel", {"compare", folder / "a.exr", folder / "a.hdr", "--json"});
+    ASSERT_EQ(compared.exitCode, 0) << compared.err;
+    EXPECT_EQ(json::parse(compared.out)["over_8_255"].get<int>(), 0) << compared.out;
+}
+
 struct BadCase {
     const char* what;
     std::vector<std::string> arguments;
