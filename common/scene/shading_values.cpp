@@ -113,7 +113,7 @@ bool isFloats(ElementKind kind) {
 
 std::vector<float> floatsOf(std::span<const std::byte> bytes) {
     std::vector<float> values(bytes.size() / sizeof(float));
-    std::memcpy(values.data(), bytes.data(), values.size() * sizeof(float));
+    if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(float));
     return values;
 }
 
