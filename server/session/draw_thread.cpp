@@ -10,11 +10,10 @@
 namespace umbriel {
 
 bool DrawQueue::push(Entry entry) {
-    {
-        const std::lock_guard lock(_mutex);
-        if (_entries.size() >= kLimit) return false;
-        _entries.push_back(std::move(entry));
-    }
+    // Told under the lock: once it is free, the one that is told to stop may end the queue.
+    const std::lock_guard lock(_mutex);
+    if (_entries.size() >= kLimit) return false;
+    _entries.push_back(std::move(entry));
     _filled.notify_one();
     return true;
 }
