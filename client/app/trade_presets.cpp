@@ -20,12 +20,12 @@ namespace {
 
 struct Run {
     std::string title;
-    SceneArguments scene;
-    std::string camera;  // of the scene; empty: its first
-    std::vector<TradeSetting> settings;
-    std::string judge;
+    SceneArguments scene = {};
+    std::string camera = {};  // of the scene; empty: its first
+    std::vector<TradeSetting> settings = {};
+    std::string judge = {};
     bool bothSides = false;
-    std::optional<double> lightSize;
+    std::optional<double> lightSize = {};
     double scale = 1.0;   // of everything, the camera's near plane with it
     double offset = 0.0;  // metres along each axis, after that
     bool errors = true;   // false: cost only
@@ -111,7 +111,7 @@ auto errorIn(const Verdicts& v, std::size_t run) {
 }
 
 std::vector<Run> mapSizes(const TradeArguments& arguments) {
-    Run run{"map sizes (Hempe 10.1.1)", palms(arguments), "", {}, "", false, {}, 1.0, 0.0, true, arguments.frames};
+    Run run{.title = "map sizes (Hempe 10.1.1)", .scene = palms(arguments), .frames = arguments.frames};
     for (const std::uint32_t size : {512u, 1024u, 2048u})
         for (const char* technique : kHard) run.settings.push_back(setting(technique, size));
     return {run};
@@ -133,17 +133,10 @@ std::vector<Run> zones(const TradeArguments& arguments) {
     std::vector<Run> runs;
     for (const auto& [camera, title] :
          {std::pair("main", "nothing right before the eye"), std::pair("near", "a post right before the eye")}) {
-        Run run{fmt::format("zones at 512 (Hempe 10.1.2), {}", title),
-                palms(arguments),
-                camera,
-                {},
-                "",
-                false,
-                {},
-                1.0,
-                0.0,
-                true,
-                arguments.frames};
+        Run run{.title = fmt::format("zones at 512 (Hempe 10.1.2), {}", title),
+                .scene = palms(arguments),
+                .camera = camera,
+                .frames = arguments.frames};
         for (const char* technique : kHard) run.settings.push_back(setting(technique, 512));
         runs.push_back(run);
     }
@@ -168,17 +161,12 @@ std::vector<Run> views(const TradeArguments& arguments) {
     for (const char* camera : {"main", "oblique", "along", "against"}) {
         // From below the floor's shadows are seen through it, as in the thesis.
         const bool below = std::string_view(camera) == "against";
-        Run run{fmt::format("views (Hempe 10.1.3): {}", camera),
-                palms(arguments),
-                camera,
-                {},
-                below ? "floor" : "",
-                below,
-                {},
-                1.0,
-                0.0,
-                true,
-                arguments.frames};
+        Run run{.title = fmt::format("views (Hempe 10.1.3): {}", camera),
+                .scene = palms(arguments),
+                .camera = camera,
+                .judge = below ? "floor" : "",
+                .bothSides = below,
+                .frames = arguments.frames};
         for (const char* technique : kHard) run.settings.push_back(setting(technique, 1024));
         runs.push_back(run);
     }
@@ -201,17 +189,10 @@ std::vector<Run> angles(const TradeArguments& arguments) {
     for (int degrees = 10; degrees <= 170; degrees += 20) {
         // The sun turns from the view's direction over straight down towards the viewer of "main".
         const double angle = degrees * std::numbers::pi / 180.0;
-        Run run{fmt::format("{} degrees between view and light (Hempe 10.1.3)", degrees),
-                palms(arguments),
-                "main",
-                {},
-                "",
-                false,
-                {},
-                1.0,
-                0.0,
-                true,
-                4};
+        Run run{.title = fmt::format("{} degrees between view and light (Hempe 10.1.3)", degrees),
+                .scene = palms(arguments),
+                .camera = "main",
+                .frames = 4};
         run.scene.lights = {fmt::format("dir:0.05,{},{}", -std::sin(angle), -std::cos(angle))};
         for (const char* technique : kHard) run.settings.push_back(setting(technique, 1024));
         runs.push_back(run);
@@ -230,17 +211,10 @@ void judgeAngles(const Verdicts& v) {
 std::vector<Run> trapez(const TradeArguments& arguments) {
     std::vector<Run> runs;
     for (const char* camera : {"main", "oblique", "far"}) {
-        Run run{fmt::format("corrections of TRAPEZ at 512 (Hempe 10.1.4): {}", camera),
-                palms(arguments),
-                camera,
-                {},
-                "",
-                false,
-                {},
-                1.0,
-                0.0,
-                true,
-                arguments.frames};
+        Run run{.title = fmt::format("corrections of TRAPEZ at 512 (Hempe 10.1.4): {}", camera),
+                .scene = palms(arguments),
+                .camera = camera,
+                .frames = arguments.frames};
         run.settings = {setting("std", 512), setting("trapez", 512)};
         for (const auto& [field, value] :
              {std::pair("maxSideAngle", "3.1"), std::pair("maxSideAngle", "1.0"), std::pair("qualityMode", "1")}) {
@@ -263,17 +237,11 @@ void judgeTrapez(const Verdicts& v) {
 }
 
 std::vector<Run> focus(const TradeArguments& arguments) {
-    Run run{"focus region of TRAPEZ at 512 (Hempe 10.1.5)",
-            palms(arguments),
-            "main",
-            {setting("std", 512)},
-            "",
-            false,
-            {},
-            1.0,
-            0.0,
-            true,
-            arguments.frames};
+    Run run{.title = "focus region of TRAPEZ at 512 (Hempe 10.1.5)",
+            .scene = palms(arguments),
+            .camera = "main",
+            .settings = {setting("std", 512)},
+            .frames = arguments.frames};
     for (const char* range : {"0.1", "0.2", "0.3", "0.5", "0.7", "0.79"}) {
         run.settings.push_back(setting("trapez", 512));
         run.settings.back().fields = {{"range", range}};
@@ -291,17 +259,11 @@ void judgeFocus(const Verdicts& v) {
 std::vector<Run> soft(const TradeArguments& arguments) {
     std::vector<Run> runs;
     for (const auto& [title, size] : {std::pair("a small light", 0.01), std::pair("a large light", 0.04)}) {
-        Run run{fmt::format("soft shadows, {} (Hempe 10.2)", title),
-                palms(arguments),
-                "main",
-                {},
-                "",
-                false,
-                size,
-                1.0,
-                0.0,
-                true,
-                arguments.frames};
+        Run run{.title = fmt::format("soft shadows, {} (Hempe 10.2)", title),
+                .scene = palms(arguments),
+                .camera = "main",
+                .lightSize = size,
+                .frames = arguments.frames};
         run.settings = {setting("std", 1024), setting("pcf", 1024), setting("ppcf", 1024)};
         for (const auto& [field, value] : {std::pair("samplesPerRow", "8"), std::pair("samplesPerRow", "6"),
                                            std::pair("hardwareFilter", "true"), std::pair("gauss", "true")}) {
@@ -329,17 +291,11 @@ void judgeSoft(const Verdicts& v) {
 std::vector<Run> triangles(const TradeArguments& arguments) {
     std::vector<Run> runs;
     for (const int count : {1, 8, 80, 800}) {
-        Run run{fmt::format("cost over triangles (Hempe 4.2, Ganster table 2): {} palms", count),
-                arguments.scene,
-                "far",
-                {},
-                "",
-                false,
-                {},
-                1.0,
-                0.0,
-                false,
-                arguments.frames};
+        Run run{.title = fmt::format("cost over triangles (Hempe 4.2, Ganster table 2): {} palms", count),
+                .scene = arguments.scene,
+                .camera = "far",
+                .errors = false,
+                .frames = arguments.frames};
         run.scene.scene = fmt::format("demo:palms?n={}", count);
         for (const char* technique : {"none", "std", "planar", "planar-stencil", "zpass", "zfail"})
             run.settings.push_back(setting(technique, 1024));
@@ -361,17 +317,11 @@ void judgeTriangles(const Verdicts& v) {
 std::vector<Run> lights(const TradeArguments& arguments) {
     std::vector<Run> runs;
     for (const int count : {1, 4, 16, 64, 256}) {
-        Run run{fmt::format("{} lights by maps and volumes (Ganster 1.3.5)", count),
-                palms(arguments),
-                "far",
-                {},
-                "",
-                false,
-                {},
-                1.0,
-                0.0,
-                false,
-                4};
+        Run run{.title = fmt::format("{} lights by maps and volumes (Ganster 1.3.5)", count),
+                .scene = palms(arguments),
+                .camera = "far",
+                .errors = false,
+                .frames = 4};
         for (int i = 0; i < count; ++i) {
             const double angle = 2.399963 * i;
             run.scene.lights.push_back(fmt::format("dir:{},-1,{}@{},{},{}", 0.6 * std::cos(angle),
@@ -391,17 +341,11 @@ void judgeLights(const Verdicts& v) {
 std::vector<Run> cluster(const TradeArguments& arguments) {
     std::vector<Run> runs;
     for (const char* grid : {"1x1", "2x1", "2x2"}) {
-        Run run{fmt::format("soft shadows on {} servers (Hempe 11)", grid),
-                palms(arguments),
-                "main",
-                {},
-                "",
-                false,
-                {},
-                1.0,
-                0.0,
-                false,
-                arguments.frames};
+        Run run{.title = fmt::format("soft shadows on {} servers (Hempe 11)", grid),
+                .scene = palms(arguments),
+                .camera = "main",
+                .errors = false,
+                .frames = arguments.frames};
         run.scene.grid = grid;
         for (const char* technique : {"none", "std", "pcf", "ppcf"}) run.settings.push_back(setting(technique, 1024));
         runs.push_back(run);
@@ -422,17 +366,10 @@ void judgeCluster(const Verdicts& v) {
 }
 
 std::vector<Run> cost(const TradeArguments& arguments) {
-    Run run{"cost at the same map size, paired frames; the second STD is the noise",
-            palms(arguments),
-            "",
-            {},
-            "",
-            false,
-            {},
-            1.0,
-            0.0,
-            false,
-            std::max(200, arguments.frames)};
+    Run run{.title = "cost at the same map size, paired frames; the second STD is the noise",
+            .scene = palms(arguments),
+            .errors = false,
+            .frames = std::max(200, arguments.frames)};
     for (const char* technique : {"std", "std:union", "psm", "lisp", "trapez", "pcf", "ppcf"})
         run.settings.push_back(setting(technique, 1024));
     return {run};
@@ -447,7 +384,7 @@ void judgeCost(const Verdicts& v) {
 }
 
 std::vector<Run> convergence(const TradeArguments& arguments) {
-    Run run{"convergence, 512 to 4096", palms(arguments), "", {}, "", false, {}, 1.0, 0.0, true, 4};
+    Run run{.title = "convergence, 512 to 4096", .scene = palms(arguments), .frames = 4};
     for (const char* technique :
          {"std:scene", "std", "psm", "lisp", "trapez", "cube", "pcf", "ppcf", "dual-paraboloid"})
         for (const std::uint32_t size : {512u, 1024u, 2048u, 4096u}) run.settings.push_back(setting(technique, size));
@@ -475,17 +412,11 @@ std::vector<Run> extremes(const TradeArguments& arguments) {
     std::vector<Run> runs;
     std::string techniques = arguments.techniques.empty() ? "std" : arguments.techniques;
     const auto add = [&](double scale, double offset) {
-        Run run{fmt::format("scale {:g}, {:g} m from the origin", scale, offset),
-                palms(arguments),
-                "",
-                {},
-                "",
-                false,
-                {},
-                scale,
-                offset,
-                true,
-                4};
+        Run run{.title = fmt::format("scale {:g}, {:g} m from the origin", scale, offset),
+                .scene = palms(arguments),
+                .scale = scale,
+                .offset = offset,
+                .frames = 4};
         for (std::size_t begin = 0; begin <= techniques.size();) {
             const std::size_t end = std::min(techniques.find(',', begin), techniques.size());
             run.settings.push_back(setting(techniques.substr(begin, end - begin), 1024));
