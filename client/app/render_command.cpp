@@ -196,6 +196,7 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
         setup.stage.lights.push_back(*light);
     }
     if (const auto illumination = checkIllumination(arguments, setup.stage); !illumination) return illumination.error();
+    setup.stage.shadowSet = arguments.shadowSet;
     if (arguments.shadow != "auto") {
         const auto shadow = parseShadowMode(arguments.shadow);
         if (!shadow) return shadow.error();

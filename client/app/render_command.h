@@ -29,6 +29,7 @@ struct SceneArguments {
     std::string shadow = "auto";          // auto: what umbriel trade stored beside the scene, else none
     std::optional<double> frameBudget;    // milliseconds
     std::uint32_t mapSize = 512;
+    std::vector<std::string> shadowSet;   // FIELD=VALUE of the viewports
     std::vector<std::string> lights;
     std::string background;               // r,g,b
     std::string fog;

@@ -10,6 +10,7 @@
 #include "client/import/brdf_import.h"
 #include "client/import/environment_import.h"
 #include "client/session/camera.h"
+#include "client/session/field_text.h"
 #include "common/light/environment_map.h"
 #include "common/math/box.h"
 #include "common/math/lafortune_fit.h"
@@ -272,6 +273,19 @@ void setEveryMaterial(Aspect& scene, Ref<Material> material) {
 
 }  // namespace
 
+// --shadow-set.
+static Result<void> setFields(Aspect& scene, const Stage& stage, const StageOptions& options) {
+    for (const std::string& text : options.shadowSet) {
+        const std::size_t equals = text.find('=');
+        if (equals == 0 || equals == std::string::npos)
+            return badInput(fmt::format("--shadow-set '{}': expected FIELD=VALUE, as in offBias=0.5", text));
+        for (const Ref<Viewport>& viewport : scene.get(stage.window).viewports.toVector())
+            if (const auto set = setField(scene, viewport.id, text.substr(0, equals), text.substr(equals + 1)); !set)
+                return badInput("--shadow-set: " + set.error().message);
+    }
+    return {};
+}
+
 Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageOptions& options, double aspectRatio) {
     const LoadedScene& loaded = scene.get(loadedRef);
     const Ref<Node> sceneRoot = loaded.root;
@@ -349,6 +363,7 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
     for (std::string& repair : repairShadingValues(scene)) stage.warnings.push_back(std::move(repair));
     if (!options.stereo) {
         stage.viewport = addViewport(scene, stage, "viewport", chosen, options);
+        if (const auto set = setFields(scene, stage, options); !set) return set.error();
         return stage;
     }
     // Both eyes belong to the picture even when one of them is drawn: shadow maps are fitted to both.
@@ -365,6 +380,7 @@ Result<Stage> buildStage(Aspect& scene, Ref<LoadedScene> loadedRef, const StageO
         const Ref<Viewport> viewport = addViewport(scene, stage, name, Ref<Container>(decorator.id), options);
         if (eye == Eye::Left) stage.viewport = viewport;
     }
+    if (const auto set = setFields(scene, stage, options); !set) return set.error();
     return stage;
 }
 

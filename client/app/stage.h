@@ -34,6 +34,7 @@ struct StageOptions {
     bool noLights = false;                 // not even the scene's own
     ShadowMode shadowMode = ShadowMode::None;
     std::uint32_t mapSize = 512;
+    std::vector<std::string> shadowSet;   // FIELD=VALUE of the viewports
     std::optional<glm::vec3> background;  // linear; none: the environment, without one transparent black
     std::string environment;              // a panorama's file; empty: none
     std::string brdf;                      // a measured BRDF's file: every surface gets a fit to it; empty: none

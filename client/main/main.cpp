@@ -59,6 +59,10 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
         ->capture_default_str();
     command.add_option("--frame-budget", arguments.frameBudget,
                        "milliseconds: steps along the front that umbriel trade stored for the scene, all servers together");
+    command
+        .add_option("--shadow-set", arguments.shadowSet,
+                    "FIELD=VALUE: any field of the viewport, as in offBias=0.5; repeatable")
+        ->allow_extra_args(false);
     command.add_option("--map-size", arguments.mapSize, "shadow map size in texels; 0: the largest power of two within the wall")
         ->capture_default_str();
     command
