@@ -72,6 +72,14 @@ Background::~Background() {
     fs::remove(_log, error);
 }
 
+void Background::terminate(std::chrono::seconds limit) const {
+    ::kill(_pid, SIGTERM);
+    const auto begin = std::chrono::steady_clock::now();
+    while (!isZombie(_pid) && std::chrono::steady_clock::now() - begin < limit) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+}
+
 std::string Background::printed() const { return readFile(_log); }
 
 bool Background::waitFor(const std::string& text, std::chrono::seconds limit) const {
@@ -81,6 +89,22 @@ bool Background::waitFor(const std::string& text, std::chrono::seconds limit) co
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     return false;
+}
+
+std::optional<std::string> Background::waitForLine(const std::function<bool(const std::string&)>& isWanted,
+                                                   std::chrono::seconds limit) const {
+    const auto begin = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() - begin < limit) {
+        const bool hasEnded = isZombie(_pid);  // asked before reading: what it printed last is seen
+        std::istringstream lines(printed());
+        // A line without its end may still grow.
+        for (std::string line; std::getline(lines, line) && !lines.eof();) {
+            if (isWanted(line)) return line;
+        }
+        if (hasEnded) return std::nullopt;
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return std::nullopt;
 }
 
 TemporaryFolder::TemporaryFolder() {

@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,10 +28,15 @@ class Background {
     Background(const Background&) = delete;
     Background& operator=(const Background&) = delete;
     int pid() const { return _pid; }
+    // Asks it to end and waits until it did, or until the limit passed (the end of the scope kills it then).
+    void terminate(std::chrono::seconds limit = std::chrono::seconds(5)) const;
     // Everything it printed so far, both outputs.
     std::string printed() const;
     // Waits until it printed the text; false when it did not within the limit.
     bool waitFor(const std::string& text, std::chrono::seconds limit = std::chrono::seconds(20)) const;
+    // The first whole line it printed that the predicate takes; nothing when it ended or the limit passed before.
+    std::optional<std::string> waitForLine(const std::function<bool(const std::string&)>& isWanted,
+                                           std::chrono::seconds limit = std::chrono::seconds(20)) const;
 
    private:
     int _pid = -1;

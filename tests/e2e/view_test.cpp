@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <memory>
+#include <optional>
 
 #include "tests/e2e/run_program.h"
 
@@ -14,24 +15,28 @@ class View : public testing::Test {
    protected:
     void SetUp() override {
         if (::access("/usr/bin/Xvfb", X_OK) != 0) GTEST_SKIP() << "needs Xvfb (package xvfb)";
-        // Xvfb looks for a free display number itself and prints it. Of two that start at once, one may find its number
-        // taken after all, and ends.
-        bool isUp = false;
-        for (int attempt = 0; attempt < 5 && !isUp; ++attempt) {
+        // Xvfb looks for a free display number itself and prints it on a line of its own, after a complaint in words for
+        // each number that another one took while it looked. One that finds none ends.
+        std::optional<std::string> number;
+        for (int attempt = 0; attempt < 5 && !number; ++attempt) {
             _xvfb = std::make_unique<Background>(
                 "/usr/bin/Xvfb",
                 std::vector<std::string>{"-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"});
-            isUp = _xvfb->waitFor("\n");
+            number = _xvfb->waitForLine([](const std::string& line) {
+                return !line.empty() && line.find_first_not_of("0123456789") == std::string::npos;
+            });
         }
-        ASSERT_TRUE(isUp) << _xvfb->printed();
-        const std::string printed = _xvfb->printed();
+        ASSERT_TRUE(number) << _xvfb->printed();
 #if defined(__SANITIZE_ADDRESS__)
         // The X server's GL driver leaks 112 bytes and is unloaded before they are counted, so no suppression can name it.
         ::setenv("ASAN_OPTIONS", "detect_leaks=0", 1);
 #endif
-        ::setenv("DISPLAY", (":" + printed.substr(0, printed.find('\n'))).c_str(), 1);
+        ::setenv("DISPLAY", (":" + *number).c_str(), 1);
     }
-    void TearDown() override { ::unsetenv("DISPLAY"); }
+    void TearDown() override {
+        ::unsetenv("DISPLAY");
+        if (_xvfb) _xvfb->terminate();  // a killed one would leave its socket and its lock behind
+    }
 
     std::unique_ptr<Background> _xvfb;
 };
