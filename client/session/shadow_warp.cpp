@@ -23,7 +23,8 @@ struct Corner {
 // The body in a frame turned into the view's direction.
 struct TurnedBody {
     glm::dmat3 turnedFromAcross{1.0};
-    glm::dmat3 mapFromTurned{1.0};
+    double turn = 0.0;  // radians from the nearest quarter turn of the light's own axes: those make the same map
+    double share = 0.0;  // of the turn, 0 to 1: how much the view's direction means
     std::vector<Corner> corners;
     double length = 0.0;  // largest y
     bool usable = false;
@@ -82,13 +83,9 @@ TurnedBody turned(const LightBody& body) {
     const glm::dvec2 u = along / sine;
     // Rows: the new x and y axes.
     result.turnedFromAcross = glm::transpose(glm::dmat3(u.y, -u.x, 0.0, u.x, u.y, 0.0, 0.0, 0.0, 1.0));
-    // The map turns into the view's direction only as far as that direction means something: seen along the light it
-    // stays as the uniform map is. A quarter turn more or less is the same map.
     const double angle = std::atan2(u.x, u.y);
-    const double quarter = std::round(angle / 1.5707963267948966) * 1.5707963267948966;
-    const double back = (angle - quarter) * (1.0 - smoothStep(0.02, 0.2, sine));
-    const double c = std::cos(back), s = std::sin(back);
-    result.mapFromTurned = glm::dmat3(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
+    result.turn = angle - std::round(angle / 1.5707963267948966) * 1.5707963267948966;
+    result.share = smoothStep(0.02, 0.2, sine);
     double lowest = std::numeric_limits<double>::infinity();
     double farthest = 0.0;
     for (std::size_t i = 0; i < body.points.size(); ++i) {
@@ -118,6 +115,7 @@ glm::dmat3 warpOf(const TurnedBody& body, double steepness) {
         left = std::min(left, corner.x);
         right = std::max(right, corner.x);
     }
+    const double middle = 0.5 * (left + right), extent = std::max(right - left, body.length * 1e-9);
     const auto width = [&](double centre) {
         double lower = std::numeric_limits<double>::infinity(), upper = -lower;
         for (const Corner& corner : body.corners) {
@@ -125,12 +123,19 @@ glm::dmat3 warpOf(const TurnedBody& body, double steepness) {
             lower = std::min(lower, x);
             upper = std::max(upper, x);
         }
-        return upper - lower;
+        // Many centres may be as good, or nearly: a little weight on the middle makes one of them the best, and keeps it
+        // from jumping from one end of them to the other.
+        const double off = (centre - middle) / extent;
+        return (upper - lower) + 0.1 * extent * off * off;
     };
     glm::dmat3 warp(1.0);
     warp[2][0] = -minimise(left, right, width);
     warp[1][2] = steepness;
-    return body.mapFromTurned * warp * body.turnedFromAcross;
+    // The map turns into the view's direction only as far as that direction means something: seen along the light, and
+    // where there is next to no warp, it stays as the uniform map is.
+    const double back = body.turn * (1.0 - body.share * smoothStep(0.0, 0.5, steepness * body.length));
+    const double c = std::cos(back), s = std::sin(back);
+    return glm::dmat3(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0) * warp * body.turnedFromAcross;
 }
 
 // The steepness 1 / n of the light-space perspective. The worst texel over the corners, d (s y + 1)^2 / ((1 + s d) z)

@@ -1,15 +1,17 @@
 #include "snippet/hemisphere.glsl"
 
-// Divides a caster's edges until their chords leave the arcs by a quarter of a texel at most: the paraboloid's map is a
+// Divides a caster's edges until their chords leave the arcs by a tenth of a texel at most: the paraboloid's map is a
 // stereographic projection, where a chord over the angle a deviates by mapSize * a^2 / 16 texels at most.
 layout(vertices = 3) out;
 layout(location = 0) in vec3 positionLight[];
 layout(location = 0) out vec3 patchLight[];
 
+// Parts of equal angles (caster.tese.glsl); by the half angle's tangent, which knows opposite directions, too.
 float levelOf(vec3 a, vec3 b) {
-    // Twice the half angle's sine bounds the angle well enough below a right angle; opposite directions get the most.
-    float angle = length(a / max(length(a), 1e-30) - b / max(length(b), 1e-30)) * 1.5707963;
-    return clamp(ceil(angle * sqrt(hemisphere.w) * 0.5), 1.0, 64.0);
+    vec3 towardsA = a / max(length(a), 1e-30);
+    vec3 towardsB = b / max(length(b), 1e-30);
+    float angle = 2.0 * atan(length(towardsA - towardsB), length(towardsA + towardsB));
+    return clamp(ceil(angle * sqrt(hemisphere.w) * 0.79), 1.0, 64.0);
 }
 
 void main() {
