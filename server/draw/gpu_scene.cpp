@@ -77,12 +77,6 @@ FeatureSet surfaceFeatures(const GpuMaterial& material, FeatureSet attributes, c
     return features;
 }
 
-// The mean normals of a geometry that deforms would have to be made anew each time: its first vertices are taken.
-ShadingFrequency shadingOf(const Geometry& geometry, ContainerId deformation) {
-    const ShadingFrequency chosen = geometry.shading;
-    return deformation && chosen == ShadingFrequency::FlatMean ? ShadingFrequency::Flat : chosen;
-}
-
 FeatureSet fogFeature(const Fog* fog) {
     if (!fog) return 0;
     constexpr Feature kModes[kEnumCount<FogMode>] = {Feature::FogLinear, Feature::FogQuadratic, Feature::FogExponential,
@@ -273,7 +267,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         const bool isLit = (materialFeatures & kLit) != 0;
         const Geometry* geometry = scene.findAs<Geometry>(source.geometry);
         if (!geometry) continue;
-        const ShadingFrequency shading = shadingOf(*geometry, source.deformation);
+        const ShadingFrequency shading = geometry->shading;
         GpuGeometry::Needs needs;
         needs.keepOrder = has(materialFeatures, Feature::AlphaBlend);
         needs.faceNormals =

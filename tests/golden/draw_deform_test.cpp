@@ -117,6 +117,26 @@ TEST_F(DeformTest, ASkinnedSheetLooksLikeOneBentByHand) {
         }
 }
 
+// One colour a triangle, of the mean normal it has now.
+TEST_F(DeformTest, FlatMeanShadingFollowsThePose) {
+    build();
+    addSkinned();
+    scene->edit(knee).set<&Transform::linear>(glm::mat3(turn)).set<&Transform::translation>(shift);
+    const auto shadeFlat = [&](ShadingFrequency shading) {
+        for (const ContainerId id : scene->ids())
+            if (scene->findAs<Geometry>(id)) scene->edit(Ref<Geometry>(id)).set<&Geometry::shading>(shading);
+    };
+    shadeFlat(ShadingFrequency::Flat);
+    const WallImage firstVertex = drawColour(shadowed());
+    shadeFlat(ShadingFrequency::FlatMean);
+    const WallImage skinned = drawColour(shadowed());
+    EXPECT_GT(visiblyDiffering(skinned, firstVertex), 100u);
+    scene->edit(skinnedNode).set<&Node::visible>(false);
+    node(placed(all, {0, 0, 0}), geometry(bent(glm::dmat3(glm::mat3(turn)), shift), look));
+    shadeFlat(ShadingFrequency::FlatMean);
+    EXPECT_LE(visiblyDiffering(skinned, drawColour(shadowed())), 6u);
+}
+
 TEST_F(DeformTest, AtRestItIsTheGeometryItself) {
     build();
     addSkinned();
