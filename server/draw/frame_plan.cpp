@@ -49,6 +49,7 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_LIGHT_AMBIENT", "light-ambient"},
     {"FEATURE_LIGHT_HIGHLIGHTS", "light-highlights"},
     {"FEATURE_VERTEX_SHADING", "vertex-shading"},
+    {"FEATURE_VERTEX_TABLE", "vertex-table"},
     {"FEATURE_FLAT_SHADING", "flat"},
     {"FEATURE_FLAT_MEAN", "flat-mean"},
     {"FEATURE_FOG_LINEAR", "linear-fog"},

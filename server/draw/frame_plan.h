@@ -52,6 +52,7 @@ enum class Feature : std::uint32_t {
     LightAmbient,       // lights that add to the ambient light
     LightHighlights,    // lights whose highlights have a colour of their own
     VertexShading,      // Gouraud's; without: in pixels
+    VertexTable,        // with VertexShading: from vertices to pixels by a table, not by interpolants
     FlatShading,        // with VertexShading: the first vertex's colour
     FlatMean,           // one colour a triangle, of its mean normal
     FogLinear,

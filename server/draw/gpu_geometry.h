@@ -57,6 +57,7 @@ class GpuGeometry {
     FeatureSet attributes() const { return _attributes; }
     const Box& box() const { return _box; }
     std::span<const Cluster> clusters() const { return _clusters; }
+    std::uint32_t vertices() const { return _vertices; }
     std::uint32_t triangles() const { return _triangles; }
     const gl::VertexArray& vertexArray() const { return _vertexArray; }
     const BufferTexture& faceNormals() const { return _faceNormalTexture; }

@@ -37,8 +37,8 @@ FeatureSet withTexCoords(FeatureSet features, const GpuMaterial& material, Featu
     return features;
 }
 
-// Lights with a shadow that Gouraud's shading carries from the vertices to the pixels; a surface that more of them
-// reach is shaded in pixels. kShadowedLights of shaders/snippet.
+// Lights with a shadow that travel from the vertices to the pixels as interpolants, for each side, of which OpenGL
+// promises 15; what more of them leave at the vertices lies in a table. kShadowedLights of shaders/snippet.
 constexpr std::uint32_t kVertexShadows = 4;
 
 // How a lit geometry with normals is shaded.
@@ -52,9 +52,9 @@ FeatureSet frequencyFeatures(ShadingFrequency frequency, const GpuMaterial& mate
         case ShadingFrequency::Flat:
             break;
     }
-    if (run.shadows > kVertexShadows) return 0;
     // A vertex does not know which of its sides will be seen.
     return bit(Feature::VertexShading) | (material.features & bit(Feature::DoubleSided)) |
+           (run.shadows > kVertexShadows ? bit(Feature::VertexTable) : 0) |
            (frequency == ShadingFrequency::Flat ? bit(Feature::FlatShading) : 0);
 }
 
@@ -64,23 +64,15 @@ FeatureSet surfaceFeatures(const GpuMaterial& material, FeatureSet attributes, c
     const FeatureSet frequency =
         isLit && has(attributes, Feature::VertexNormals) ? frequencyFeatures(shading, material, run) : 0;
     FeatureSet features = material.features & ~bit(Feature::DoubleSided);  // a state, not code
-    if (frequency != 0 || !has(attributes, Feature::VertexTangents)) features &= ~bit(Feature::NormalTexture);
-    // Between vertices only the base colour and emission have texels (OpenGL's modulation).
-    if (has(frequency, Feature::VertexShading))
-        features &=
-            ~(bit(Feature::MetallicRoughnessTexture) | bit(Feature::SpecularTexture) | bit(Feature::OcclusionTexture));
+    // The mean normal of a triangle is its only one.
+    if (has(frequency, Feature::FlatMean) || !has(attributes, Feature::VertexTangents))
+        features &= ~bit(Feature::NormalTexture);
     features = withTexCoords(features, material, attributes) | (attributes & bit(Feature::VertexColours));
     if (!isLit) return features;
     features |= run.features | (attributes & bit(Feature::VertexNormals)) | frequency;
     if (has(features, Feature::NormalTexture)) features |= bit(Feature::VertexTangents);
     if (material.wantsTangents) features |= attributes & bit(Feature::VertexTangents);
     return features;
-}
-
-// The mean normals of a geometry that deforms would have to be made anew each time: its first vertices are taken.
-ShadingFrequency shadingOf(const Geometry& geometry, ContainerId deformation) {
-    const ShadingFrequency chosen = geometry.shading;
-    return deformation && chosen == ShadingFrequency::FlatMean ? ShadingFrequency::Flat : chosen;
 }
 
 FeatureSet fogFeature(const Fog* fog) {
@@ -273,7 +265,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         const bool isLit = (materialFeatures & kLit) != 0;
         const Geometry* geometry = scene.findAs<Geometry>(source.geometry);
         if (!geometry) continue;
-        const ShadingFrequency shading = shadingOf(*geometry, source.deformation);
+        const ShadingFrequency shading = geometry->shading;
         GpuGeometry::Needs needs;
         needs.keepOrder = has(materialFeatures, Feature::AlphaBlend);
         needs.faceNormals =

@@ -51,9 +51,16 @@ Result<const gl::Program*> ShaderLibrary::find(const Stages& stages, const std::
 Result<const gl::Program*> ShaderLibrary::surface(FeatureSet features) {
     std::vector<gl::ShaderDefine> defines = definesOf(features);
     defines.push_back(including("REFLECTION_MODEL", reflectionSnippet(features)));
-    defines.push_back(
-        including("VERTEX_SHADING", has(features, Feature::VertexShading) ? kVertexShading : kPixelShading));
+    const bool interpolates = has(features, Feature::VertexShading) && !has(features, Feature::VertexTable);
+    defines.push_back(including("VERTEX_SHADING", interpolates ? kVertexShading : kPixelShading));
     return find({"stage/surface.vert.glsl", "stage/surface.frag.glsl", ""}, defines);
+}
+
+Result<const gl::Program*> ShaderLibrary::vertexTable(FeatureSet features) {
+    std::vector<gl::ShaderDefine> defines = definesOf(features);
+    defines.push_back(including("REFLECTION_MODEL", reflectionSnippet(features)));
+    defines.push_back(including("VERTEX_SHADING", kVertexShading));
+    return find({"stage/surface.vert.glsl", "", ""}, defines);
 }
 
 Result<const gl::Program*> ShaderLibrary::layers(FeatureSet features, std::uint32_t layers,

@@ -15,6 +15,8 @@ class ShaderLibrary {
  public:
     // Errors carry the driver's message; they are bugs of ours or of the driver.
     Result<const gl::Program*> surface(FeatureSet features);
+    // Of a surface with VertexTable: what fills the table, a vertex stage alone.
+    Result<const gl::Program*> vertexTable(FeatureSet features);
     // layers: bits of Layer without Colour; factorImages: RGBA images of light factors, in a pass of their own.
     Result<const gl::Program*> layers(FeatureSet features, std::uint32_t layers, std::uint32_t factorImages);
     // hemisphere: the projection of CasterStage; tessellated, unless the caster has holes.

@@ -227,30 +227,45 @@ Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painti
                         if (!program) return program.error();
                         if (*program != current) (*program)->use();
                         current = *program;
-                        const LightList::Run& run = painting.scene.lights.runs[item.run];
-                        current->set(0, glm::mat4(item.relativeFromObject));
-                        current->set(1, item.normalFromObject);
-                        setLightRun(*current, run);
-                        current->set(3, run.ambient);
+                        if (auto set = setSurface(scene, painting, item, *current); !set) return set.error();
                         setSides(item);
                         if (item.geometry->faceNormals())
                             item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
-                        if (has(item.features, Feature::Environment))
-                            if (auto bound = _gpuScene.environments().bind(
-                                    scene, *painting.scene.environments[item.run], *current);
-                                !bound)
-                                return bound.error();
                         if (has(item.features, Feature::FlatMean))
                             item.geometry->flatFaces().bind(static_cast<GLuint>(TextureUnit::FlatFaces));
-                        if (material == item.material) return GLenum{GL_TRIANGLES};
-                        material = item.material;
-                        if (auto bound = _gpuScene.materials().bind(scene, *material, _gpuScene.textures()); !bound)
-                            return bound.error();
+                        if (material != item.material) {
+                            material = item.material;
+                            if (auto bound = _gpuScene.materials().bind(scene, *material, _gpuScene.textures()); !bound)
+                                return bound.error();
+                        }
+                        if (has(item.features, Feature::VertexTable))
+                            if (auto filled = fillVertexTable(scene, painting, item, *current); !filled)
+                                return filled.error();
                         return GLenum{GL_TRIANGLES};
                     });
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
     return drawn;
+}
+
+Result<void> TilePainter::setSurface(const Aspect& scene, const ViewPainting& painting, const SurfaceItem& item,
+                                     const gl::Program& program) {
+    const LightList::Run& run = painting.scene.lights.runs[item.run];
+    program.set(0, glm::mat4(item.relativeFromObject));
+    program.set(1, item.normalFromObject);
+    setLightRun(program, run);
+    program.set(3, run.ambient);
+    if (!has(item.features, Feature::Environment)) return {};
+    return _gpuScene.environments().bind(scene, *painting.scene.environments[item.run], program);
+}
+
+Result<void> TilePainter::fillVertexTable(const Aspect& scene, const ViewPainting& painting, const SurfaceItem& item,
+                                          const gl::Program& surface) {
+    auto program = _shaders.vertexTable(item.features);
+    if (!program) return program.error();
+    if (auto set = setSurface(scene, painting, item, **program); !set) return set;
+    return _vertexTable.fill(*item.geometry, painting.scene.lights.runs[item.run].shadows,
+                             has(item.features, Feature::DoubleSided), **program, surface);
 }
 
 Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall, ViewPainting& painting,

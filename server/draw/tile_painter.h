@@ -13,6 +13,7 @@
 #include "server/draw/shader_library.h"
 #include "server/draw/text_font.h"
 #include "server/draw/tile_target.h"
+#include "server/draw/vertex_table.h"
 #include "server/shadow/shadow_maps.h"
 
 namespace umbriel {
@@ -89,6 +90,13 @@ class TilePainter {
     Result<void> drawForegrounds(const Aspect& scene, ViewPainting& view);
     // Opaque or blended items into the colour image.
     Result<void> drawSurfaces(const Aspect& scene, ViewPainting& view, bool blended);
+    // Shades the vertices of an item with Feature::VertexTable for `surface`, its program, which will draw it; material
+    // and environment are bound. Error: more memory than the driver gives.
+    Result<void> fillVertexTable(const Aspect& scene, const ViewPainting& view, const SurfaceItem& item,
+                                 const gl::Program& surface);
+    // The uniforms of a surface's stages that its item and its view have.
+    Result<void> setSurface(const Aspect& scene, const ViewPainting& view, const SurfaceItem& item,
+                            const gl::Program& program);
     Result<void> drawLayers(const Aspect& scene, const WallViews& wall, ViewPainting& view, std::uint32_t firstLight);
     // Draws entries [first, end) of a list; program and uniforms of each item are the caller's.
     // prepare: returns what to draw as, GL_TRIANGLES or GL_PATCHES.
@@ -106,6 +114,7 @@ class TilePainter {
     gl::VertexArray _noVertices;
     StreamBuffer _commands;
     StreamBuffer _frame;
+    VertexTable _vertexTable;
     std::map<ContainerId, std::pair<std::string, gl::Texture2D>> _texts;
 
  public:

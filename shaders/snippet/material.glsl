@@ -30,7 +30,12 @@ vec2 transformedTexCoord(int unit, vec2 texCoord) {
     vec3 p = vec3(texCoord, 1.0);
     return vec2(dot(material.uvFromTexCoord[2 * unit].xyz, p), dot(material.uvFromTexCoord[2 * unit + 1].xyz, p));
 }
+#ifdef VERTEX_STAGE
+// A vertex is a point and has no neighbours that would say a level: the finest.
+#define SAMPLE(sampler, unit) textureLod(sampler, transformedTexCoord(unit, TEX_COORD(unit)), 0.0)
+#else
 #define SAMPLE(sampler, unit) texture(sampler, transformedTexCoord(unit, TEX_COORD(unit)))
+#endif
 
 vec3 specularColour() {
 #ifdef FEATURE_SPECULAR_TEXTURE

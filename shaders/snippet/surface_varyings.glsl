@@ -1,5 +1,6 @@
 // Between stage/surface.vert.glsl and the fragment stages; VARYING is `out` or `in`.
-#ifdef FEATURE_VERTEX_SHADING
+#if defined(FEATURE_VERTEX_SHADING) && !defined(FEATURE_VERTEX_TABLE)
+#define INTERPOLATES_RADIANCE
 const int kShadowedLights = 4;  // kVertexShadows of server/draw
 #ifdef FEATURE_FLAT_SHADING
 #define SHADED flat  // the colour of a triangle's first vertex
@@ -25,7 +26,7 @@ VARYING Surface {
     vec2 texCoords1;
 #endif
     flat uint firstTriangle;
-#ifdef FEATURE_VERTEX_SHADING
+#ifdef INTERPOLATES_RADIANCE
     SHADED vec3 radiance;
 #ifdef FEATURE_SHADOWS
     SHADED vec3 shadowed[kShadowedLights];  // of each light with a shadow, before it

@@ -7,8 +7,7 @@
 #include "snippet/light_sum.glsl"
 #include "snippet/interpolated_shading.glsl"
 #include "snippet/fog.glsl"
-#include "formula/metallic_roughness.glsl"
-#include "formula/normal_map.glsl"
+#include "snippet/surface_maps.glsl"
 
 layout(location = 0) out vec4 colourOut;  // associated alpha
 
@@ -18,12 +17,7 @@ vec3 shadingNormal(vec3 faceNormal, float side) {
 #else
     vec3 normal = faceNormal;
 #endif
-#if defined(FEATURE_NORMAL_TEXTURE) && defined(FEATURE_VERTEX_TANGENTS)
-    vec3 mapped = normalFromTexel(SAMPLE(normalTexture, 2).xyz, material.metallicRoughness.z);
-    // Seen from behind, the tangent plane turns round with the normal (glTF 2.0, 3.9.4).
-    normal = mappedNormal(normal, surface.tangent.xyz * side, surface.tangent.w * side, mapped, normal);
-#endif
-    return normal;
+    return normalThroughMap(normal, side);
 }
 
 #ifdef LIT
@@ -46,10 +40,7 @@ vec3 reflectedRadiance(vec3 factor, vec3 texel) {
     vec3 normal = shadingNormal(faceNormal, side);
 #endif
     vec3 toEye = directionToEye(place);
-    float occlusion = 1.0;
-#ifdef FEATURE_OCCLUSION_TEXTURE
-    occlusion = occlusionFactor(SAMPLE(occlusionTexture, 3).r, material.metallicRoughness.w);
-#endif
+    float occlusion = occlusionThroughMap();
     Reflection reflection = reflectionOf(factor, texel);
     vec3 radiance = ambientSum(reflection, occlusion);
 #ifdef FEATURE_ENVIRONMENT

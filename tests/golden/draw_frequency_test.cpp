@@ -1,3 +1,5 @@
+#include <functional>
+
 #include "tests/golden/illumination_fixture.h"
 
 namespace umbriel {
@@ -161,19 +163,16 @@ TEST_F(FrequencyTest, BothSidesAreLitAtEveryFrequency) {
     }
 }
 
-// As OpenGL modulates: the texel multiplies what the vertices found; maps that vertices cannot see cost nothing.
-TEST_F(FrequencyTest, AtVerticesTheBaseTextureMultipliesAndOtherMapsAreLeftOut) {
+// As OpenGL modulates: the texel of the pixel multiplies what the vertices found for white.
+TEST_F(FrequencyTest, TheBaseTextureMultipliesInThePixel) {
     const auto sun = scene->create<DirectionalLight>();
     const Ref<Material> of = glossy(ReflectionModel::BlinnPhong);
-    const Ref<Texture> half = checkerTexture(1, {188, 188, 188, 255});
-    scene->edit(of).set<&Material::emission>(glm::vec3(0.0f)).set<&Material::specularTexture>(half);
-    scene->edit(of).set<&Material::normalTexture>(half).set<&Material::occlusionTexture>(half);
+    scene->edit(of).set<&Material::emission>(glm::vec3(0.0f));
     shaded(lit(root, sun, {0.3f, 0, -1}), gridMesh(1.0f), of, ShadingFrequency::Gouraud);
     const View view = flatView(1.5, {16, 16});
     const WallImage plain = drawColour(wallViews(view));
     ASSERT_FALSE(plain.values.empty());
-    const std::string without = renderer->explain();
-    for (const char* map : {"uv0", "-map"}) EXPECT_EQ(without.find(map), std::string::npos) << without;
+    EXPECT_EQ(renderer->explain().find("uv0"), std::string::npos) << renderer->explain();
     const Ref<Texture> magenta = checkerTexture(1, {255, 0, 255, 255});  // 0 and 1 in any encoding
     scene->edit(of).set<&Material::baseColourTexture>(magenta);
     const WallImage textured = drawColour(wallViews(view));
@@ -181,6 +180,97 @@ TEST_F(FrequencyTest, AtVerticesTheBaseTextureMultipliesAndOtherMapsAreLeftOut) 
     EXPECT_NE(renderer->explain().find("uv0 base-colour-map"), std::string::npos) << renderer->explain();
     for (int channel = 0; channel < 3; ++channel)
         EXPECT_NEAR(textured.at(8, 8)[channel], channel == 1 ? 0.0f : plain.at(8, 8)[channel], 1e-6f);
+}
+
+// A map of one texel is a factor, wherever it is looked up.
+TEST_F(FrequencyTest, MapsAtVerticesWeighAsFactorsDo) {
+    struct Case {
+        ReflectionModel model;
+        std::function<void(Ref<Material>, bool asMap)> give;
+    };
+    const Case cases[] = {
+        {ReflectionModel::BlinnPhong,
+         [this](Ref<Material> of, bool asMap) {
+             const glm::vec3 share(0.0f, 1.0f, 0.0f);  // what no driver rounds when it decodes sRGB
+             const glm::vec3 colour(0.8f, 0.7f, 0.6f);
+             scene->edit(of).set<&Material::specular>(asMap ? colour : colour * share);
+             if (asMap) scene->edit(of).set<&Material::specularTexture>(checkerTexture(1, {0, 255, 0, 255}));
+         }},
+        {ReflectionModel::MetallicRoughness,
+         [this](Ref<Material> of, bool asMap) {
+             scene->edit(of)
+                 .set<&Material::roughness>(asMap ? 1.0f : 0.4f)
+                 .set<&Material::metallic>(asMap ? 1.0f : 0.2f);
+             if (asMap) scene->edit(of).set<&Material::metallicRoughnessTexture>(checkerTexture(1, {0, 102, 51, 255}));
+         }},
+        {ReflectionModel::GeneralSum,
+         [this](Ref<Material> of, bool asMap) {
+             const glm::vec3 ambient(0.9f, 0.6f, 0.3f);
+             scene->edit(of).set<&Material::ambient>(asMap ? ambient : ambient * 0.4f);
+             if (asMap) scene->edit(of).set<&Material::occlusionTexture>(checkerTexture(1, {102, 0, 0, 255}));
+         }},
+    };
+    for (const Case& one : cases)
+        for (const ShadingFrequency shading : {ShadingFrequency::Gouraud, ShadingFrequency::Flat}) {
+            WallImage images[2];
+            for (const bool asMap : {false, true}) {
+                SetUp();
+                const auto sun = scene->create<DirectionalLight>();
+                const auto sky = scene->create<AmbientLight>();
+                scene->edit(sky).set<&AmbientLight::radiance>(glm::vec3(0.5f));
+                const Ref<Material> of = glossy(one.model);
+                one.give(of, asMap);
+                shaded(lit(node(root, sky), sun, {0.3f, 0, -1}), domed(0.3f), of, shading);
+                images[asMap] = drawColour(wallViews(flatView(1.5, {16, 16})));
+                ASSERT_FALSE(images[asMap].values.empty());
+            }
+            EXPECT_NE(renderer->explain().find("vertex-shading"), std::string::npos);
+            for (std::size_t i = 0; i < images[0].values.size(); ++i)
+                ASSERT_NEAR(images[0].values[i], images[1].values[i], 1e-6f + 1e-5f * images[0].values[i])
+                    << static_cast<unsigned>(one.model) << " " << static_cast<unsigned>(shading);
+        }
+}
+
+// Four texels, each of which one corner sees: the normals they hold, given to the corners, make the same picture, on
+// both sides.
+TEST_F(FrequencyTest, EveryVertexHasTheNormalOfItsTexel) {
+    const std::vector<std::uint8_t> texels = {200, 128, 220, 255, 60,  100, 200, 255,
+                                              128, 40,  190, 255, 140, 210, 230, 255};
+    for (const ShadingFrequency shading : {ShadingFrequency::Gouraud, ShadingFrequency::Flat})
+        for (const bool behind : {false, true}) {
+            WallImage images[3];
+            for (const int way : {0, 1, 2}) {  // normals, a map, neither
+                SetUp();
+                const auto lamp = scene->create<PointLight>();
+                scene->edit(lamp).set<&PointLight::intensity>(glm::vec3(6.0f));
+                const Ref<Node> below = standing(root, lamp, {-0.6, 0.9, behind ? -1.0 : 1.0});
+                const Ref<Material> of = glossy(ReflectionModel::BlinnPhong);
+                scene->edit(of).set<&Material::doubleSided>(true);
+                Mesh mesh = gridMesh(1.0f);
+                if (way == 1) {
+                    const Ref<Texture> map = checkerTexture(2, texels);
+                    scene->edit(map).set<&Texture::magFilter>(FilterMode::Nearest);
+                    scene->edit(of).set<&Material::normalTexture>(map);
+                    for (glm::vec2& uv : mesh.texCoords) uv = uv * 0.5f + 0.25f;
+                }
+                if (way == 0)
+                    for (std::size_t i = 0; i < 4; ++i)
+                        mesh.normals[i] = glm::normalize(
+                            glm::vec3(texels[4 * i], texels[4 * i + 1], texels[4 * i + 2]) / 127.5f - 1.0f);
+                shaded(below, mesh, of, shading);
+                View view = flatView(1.5, {16, 16});
+                if (behind) {
+                    view.eyeWorld = {0, 0, -10};
+                    view.viewFromWorld = glm::dmat3(glm::rotate(glm::dmat4(1.0), 3.14159265358979, {0.0, 1.0, 0.0}));
+                }
+                images[way] = drawColour(wallViews(view));
+                ASSERT_FALSE(images[way].values.empty());
+            }
+            EXPECT_GT(differingPixels(images[0], images[2]), 100u);
+            for (std::size_t i = 0; i < images[0].values.size(); ++i)
+                ASSERT_NEAR(images[0].values[i], images[1].values[i], 3e-6f + 2e-5f * images[0].values[i])
+                    << static_cast<unsigned>(shading) << " " << behind << " at " << i;
+        }
 }
 
 // A shadow's edge is the pixel's at every frequency, not the vertices'.
@@ -207,24 +297,90 @@ TEST_F(FrequencyTest, ShadowsOfGouraudAndFlatShadingAreThoseOfThePixels) {
     EXPECT_GT(dark, 20u);
 }
 
-TEST_F(FrequencyTest, MoreThanFourShadowsAreShadedInPixels) {
-    Ref<Node> below = root;
-    std::vector<Ref<DirectionalLight>> suns;
-    for (int i = 0; i < 5; ++i) {
-        suns.push_back(scene->create<DirectionalLight>());
-        below = lit(below, suns.back(), {0.1f * float(i), 0, -1});
-    }
-    shaded(below, gridMesh(1.0f), material({1, 1, 1, 1}, ReflectionModel::Lambert), ShadingFrequency::Gouraud);
-    View view = flatView(1.5, {16, 16});
-    const auto hasVertexShading = [&] {
-        EXPECT_FALSE(drawColour(wallViews(view)).values.empty());
-        return renderer->explain().find("vertex-shading") != std::string::npos;
+// Light adds up: a picture under five lights with shadows is the sum of those under each alone. One travels by
+// interpolants, five by the table, and both are what the vertices found.
+TEST_F(FrequencyTest, AnyNumberOfShadowsIsShadedAtVertices) {
+    constexpr int kLamps = 5;
+    struct Case {
+        ShadingFrequency shading;
+        bool doubleSided, blended, textured;
     };
-    for (std::size_t i = 0; i < 4; ++i)
-        view.fits.push_back(fitSphere(suns[i].id, {0.1 * double(i), 0, -1}, {0, 0, 0}, 3.0, 64));
-    EXPECT_TRUE(hasVertexShading());
-    view.fits.push_back(fitSphere(suns[4].id, {0.4, 0, -1}, {0, 0, 0}, 3.0, 64));
-    EXPECT_FALSE(hasVertexShading());
+    const Case cases[] = {{ShadingFrequency::Gouraud, false, false, false},
+                          {ShadingFrequency::Flat, true, false, false},
+                          {ShadingFrequency::Gouraud, true, false, true},
+                          {ShadingFrequency::Gouraud, false, true, true}};
+    for (const Case& one : cases) {
+        const auto pictureOf = [&](int first, int end) {
+            SetUp();
+            scene->edit(viewport).set<&Viewport::shadowColor>(glm::vec3(0.1f, 0.0f, 0.2f));
+            const Ref<Material> of = glossy(ReflectionModel::Phong);
+            scene->edit(of).set<&Material::emission>(glm::vec3(0.0f)).set<&Material::doubleSided>(one.doubleSided);
+            if (one.blended)
+                scene->edit(of)
+                    .set<&Material::alphaMode>(AlphaMode::Blend)
+                    .set<&Material::baseColour>(glm::vec4(0.5f, 0.3f, 0.2f, 0.6f));
+            if (one.textured) scene->edit(of).set<&Material::baseColourTexture>(checkerTexture(16));
+            View view = slanted();
+            Ref<Node> below = root;
+            for (int i = first; i < end; ++i) {
+                const glm::vec3 travels(0.3f * float(i - 2), 0.2f * float(i % 3 - 1), -1);
+                const auto sun = scene->create<DirectionalLight>();
+                below = lit(below, sun, travels, glm::vec3(0.5f + 0.2f * float(i), 1.0f, 1.5f - 0.2f * float(i)));
+                view.fits.push_back(fitSphere(sun.id, travels, {0, 0, 0}, 3.0, 256));
+            }
+            Mesh mesh = gridMesh(2.0f, 3);
+            for (std::size_t i = 0; i < mesh.normals.size(); ++i)
+                mesh.normals[i] = glm::normalize(mesh.positions[i] * 0.3f + glm::vec3(0, 0, 1));
+            shaded(below, mesh, of, one.shading);
+            node(placed(below, {0, 0, 1}), geometry(gridMesh(0.3f), material({0, 0, 0, 1}, ReflectionModel::Unlit)));
+            return drawColour(wallViews(view), 2, 1);
+        };
+        const WallImage together = pictureOf(0, kLamps);
+        ASSERT_FALSE(together.values.empty());
+        EXPECT_NE(renderer->explain().find("vertex-shading vertex-table"), std::string::npos) << renderer->explain();
+        std::vector<double> sum(together.values.size(), 0.0);
+        for (int i = 0; i < kLamps; ++i) {
+            const WallImage alone = pictureOf(i, i + 1);
+            ASSERT_EQ(alone.values.size(), sum.size());
+            EXPECT_EQ(renderer->explain().find("vertex-table"), std::string::npos);
+            for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += static_cast<double>(alone.values[k]);
+        }
+        double worst = 0.0;
+        std::size_t lit = 0;
+        for (std::size_t k = 0; k < sum.size(); ++k) {
+            if (k % 4 == 3) continue;  // alpha
+            lit += sum[k] > 0.1;
+            worst = std::max(worst, std::abs(static_cast<double>(together.values[k]) - sum[k]) / std::max(sum[k], 0.1));
+        }
+        EXPECT_GT(lit, 1000u);
+        // A place in a triangle comes from its distance to the eye in float.
+        EXPECT_LE(worst, 2e-5) << static_cast<unsigned>(one.shading) << one.doubleSided << one.blended << one.textured;
+    }
+}
+
+TEST_F(FrequencyTest, TheTableIsTheSameOnEveryTile) {
+    for (const ShadingFrequency shading : {ShadingFrequency::Gouraud, ShadingFrequency::Flat}) {
+        SetUp();
+        View view = slanted();
+        Ref<Node> below = root;
+        for (int i = 0; i < 5; ++i) {
+            const auto sun = scene->create<DirectionalLight>();
+            const glm::vec3 travels(0.2f * float(i), 0, -1);
+            below = lit(below, sun, travels);
+            view.fits.push_back(fitSphere(sun.id, travels, {0, 0, 0}, 3.0, 64));
+        }
+        const Ref<Material> of = glossy(ReflectionModel::BlinnPhong);
+        for (const double x : {-0.8, 0.0, 0.9}) {
+            const Ref<Geometry> box = geometry(boxMesh(glm::vec3(0.3f)), of);
+            scene->edit(box).set<&Geometry::shading>(shading);
+            node(placed(below, {x, 0.2 * x, 0.4}), box);
+        }
+        shaded(below, gridMesh(3.0f, 4), of, shading);
+        const WallImage whole = drawColour(wallViews(view));
+        ASSERT_FALSE(whole.values.empty());
+        EXPECT_NE(renderer->explain().find("vertex-table"), std::string::npos);
+        EXPECT_EQ(differingPixels(whole, drawColour(wallViews(view), 5, 3)), 0u);
+    }
 }
 
 class FogTest : public IlluminationTest {
