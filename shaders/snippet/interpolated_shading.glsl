@@ -10,8 +10,8 @@ vec3 interpolatedRadiance(vec3 faceNormal) {
 #endif
 #ifdef FEATURE_SHADOWS
     int next = 0;
-    for (uint i = 0u; i < lightRun.y && next < kShadowedLights; ++i) {
-        GpuLight light = lights[lightList[lightRun.x + i]];
+    for (uint i = 0u; i < lightCount() && next < kShadowedLights; ++i) {
+        GpuLight light = lightAt(i);
         if (light.shadowIndex < 0) continue;
         vec3 contribution = surface.shadowed[next];
 #ifdef FEATURE_DOUBLE_SIDED
@@ -20,7 +20,7 @@ vec3 interpolatedRadiance(vec3 faceNormal) {
         ++next;
         vec3 toLight;
         irradianceFrom(light, surface.relative, toLight);
-        radiance += contribution * shadowTint(light, surface.relative, faceNormal, toLight);
+        radiance += contribution * shadowTint(i, light, surface.relative, faceNormal, toLight);
     }
 #endif
     return radiance;

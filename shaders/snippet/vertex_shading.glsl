@@ -15,8 +15,8 @@ vec3 shadedSide(Reflection reflection, vec3 normal, out vec3 shadowed[kShadowedL
 #endif
 #ifdef ANY_LIGHTS
     int next = 0;
-    for (uint i = 0u; i < lightRun.y; ++i) {
-        GpuLight light = lights[lightList[lightRun.x + i]];
+    for (uint i = 0u; i < lightCount(); ++i) {
+        GpuLight light = lightAt(i);
         vec3 toLight;
         vec3 term = lightTerm(light, reflection, surface.relative, normal, toEye, toLight, radiance);
         if (light.shadowIndex >= 0 && next < kShadowedLights)
