@@ -24,6 +24,7 @@ using glm::vec4;
 #include "shaders/structs/blob.glsl"
 #include "shaders/structs/raster_eye.glsl"
 #include "shaders/structs/shadow.glsl"
+#include "shaders/structs/light_block.glsl"
 }  // namespace umbriel::gpu
 
 #undef LAYOUT_SIZE

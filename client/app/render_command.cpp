@@ -146,6 +146,7 @@ nlohmann::json toJson(const FrameReport& report) {
                            {"bytes", server.bytes},
                            {"view_bytes", server.viewBytes},
                            {"draw_ms", server.drawMilliseconds},
+                           {"cpu_ms", server.cpuMilliseconds},
                            {"wait_ms", server.waitMilliseconds},
                            {"triangles", server.triangles},
                            {"shadow_triangles", server.shadowTriangles},
@@ -327,6 +328,7 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
     setup->cluster.serverProgram = serverProgram;
     auto cluster = Cluster::connect(setup->cluster, types, setup->tiles);
     if (!cluster) return exitCodeOf(cluster.error());
+    (*cluster)->measureCost(arguments.json);
 
     AnimationPlayer player(scene, (*loaded)->loaded);
     std::uint64_t captures = 0;

@@ -60,6 +60,10 @@ enum class Feature : std::uint32_t {
     FogExponential,
     FogSquaredExponential,
     Environment,
+    OneLight,  // as many lights reach the item, and come as constants (LightBlock); without any of these: as a list
+    TwoLights,
+    ThreeLights,
+    FourLights,
     Shadows,  // from here on, those of ShadowFeature, in its order
     ShadowWarp,
     ShadowCube,

@@ -123,6 +123,16 @@ bool placeWeb(const Aspect& scene, ContainerId id, gpu::GpuLight& light, LightLi
     return true;
 }
 
+// Whether no light has more parts of a shadow than a block holds.
+bool partsFitBlocks(const LightList& list) {
+    std::size_t parts = 0;
+    for (std::size_t i = 0; i < list.shadowLights.size(); ++i) {
+        parts = i > 0 && list.shadowLights[i] == list.shadowLights[i - 1] ? parts + 1 : 1;
+        if (parts > gpu::kBlockParts) return false;
+    }
+    return true;
+}
+
 }  // namespace
 
 LightList listLights(const Aspect& scene, const SceneTree& tree, const View& view, const Viewport* viewport) {
@@ -174,6 +184,7 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
         const std::string& name = scene.find(source.light)->name.get();
         list.names.push_back(name.empty() ? std::to_string(source.light.value) : name);
     }
+    std::uint32_t blocks = 0;
     for (const std::vector<std::uint32_t>& set : tree.lightSets()) {
         LightList::Run run;
         run.first = static_cast<std::uint32_t>(list.indices.size());
@@ -186,9 +197,31 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
             if (list.lights[index].shadowIndex >= 0) ++run.shadows;
         }
         run.count = static_cast<std::uint32_t>(list.indices.size()) - run.first;
+        if (run.count >= 1 && run.count <= gpu::kBlockLights && partsFitBlocks(list)) {
+            constexpr Feature kCounts[gpu::kBlockLights] = {Feature::OneLight, Feature::TwoLights, Feature::ThreeLights,
+                                                            Feature::FourLights};
+            run.features |= bit(kCounts[run.count - 1]);
+            run.block = blocks++;
+        }
         list.runs.push_back(run);
     }
+    list.blocks.resize(std::size_t{blocks} * gpu::kBlockLights);
     return list;
+}
+
+void fillLightBlocks(LightList& list) {
+    for (const LightList::Run& run : list.runs) {
+        if (!run.block) continue;
+        for (std::uint32_t i = 0; i < run.count; ++i) {
+            const gpu::GpuLight& light = list.lights[list.indices[run.first + i]];
+            gpu::BlockLight& block = list.blocks[*run.block * gpu::kBlockLights + i];
+            block.light = light;
+            if (light.shadowIndex < 0) continue;
+            const auto first = static_cast<std::size_t>(light.shadowIndex);
+            for (std::size_t part = 0; part < gpu::kBlockParts && first + part < list.shadows.size(); ++part)
+                block.shadows[part] = list.shadows[first + part];
+        }
+    }
 }
 
 }  // namespace umbriel

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct LightList {
         std::uint32_t shadows = 0;  // of these, with a shadow
         glm::vec3 ambient{0.0f};
         FeatureSet features = 0;  // the light kinds among them, Shadows
+        std::optional<std::uint32_t> block;  // its number; none: too many lights
     };
     std::vector<gpu::GpuLight> lights;
     std::vector<ContainerId> nodes;  // of each light
@@ -29,6 +31,7 @@ struct LightList {
     std::vector<Run> runs;  // by SceneTree::Item::lightSet
     std::vector<float> webs;  // the tables of goniometric lights, one after the other
     std::vector<gpu::GpuShadow> shadows;      // those of a light with several parts follow each other
+    std::vector<gpu::BlockLight> blocks;      // kBlockLights a block, of each run with few lights
     std::vector<const ShadowFit*> fits;       // of each shadow; borrowed from the view
     std::vector<std::uint32_t> shadowLights;  // the light of each shadow
 };
@@ -36,5 +39,7 @@ struct LightList {
 // Lights that are off, invisible or not among the viewport's lightNodes are left out. A light casts shadows when it
 // may, the viewport's shadows are on, and the view brings a fit for it, of a module that this server has.
 LightList listLights(const Aspect& scene, const SceneTree& tree, const View& view, const Viewport* viewport);
+// Copies lights and shadows as they are now into the blocks.
+void fillLightBlocks(LightList& list);
 
 }  // namespace umbriel

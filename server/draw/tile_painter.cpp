@@ -7,6 +7,7 @@ namespace umbriel {
 namespace {
 
 constexpr GLuint kFrameBinding = 0;
+constexpr GLuint kLightBlockBinding = 2;
 // What is drawn exceeds what is shown by this: coordinates are rounded to 1/256 pixel, matrices to float.
 constexpr double kMarginPixels = 1.0;
 // As the block in shaders/snippet/frame.glsl.
@@ -19,10 +20,6 @@ struct FrameBlock {
     glm::vec4 fog;
     glm::vec4 fogColour;
 };
-
-void setLightRun(const gl::Program& program, const LightList::Run& run) {
-    glProgramUniform2ui(program.id(), 2, run.first, run.count);
-}
 
 // Relative to the viewport up to 1, pixels above.
 float placed(float value, std::int32_t origin, std::int32_t size) {
@@ -59,13 +56,25 @@ void TilePainter::beginFrame() {
     glDepthMask(GL_TRUE);
 }
 
-Result<void> TilePainter::setLights(std::size_t view, const LightList& lights) {
+Result<void> TilePainter::setLights(std::size_t view, LightList& lights) {
+    fillLightBlocks(lights);
     LightBuffers& buffers = _lightBuffers[view];
     if (auto set = buffers.lights.set(std::as_bytes(std::span(lights.lights))); !set) return set;
     if (auto set = buffers.indices.set(std::as_bytes(std::span(lights.indices))); !set) return set;
     if (!lights.webs.empty())
         if (auto set = buffers.webs.set(std::as_bytes(std::span(lights.webs))); !set) return set;
+    if (!lights.blocks.empty())
+        if (auto set = buffers.blocks.set(std::as_bytes(std::span(lights.blocks))); !set) return set;
     return buffers.shadows.set(std::as_bytes(std::span(lights.shadows)));
+}
+
+void TilePainter::bindLights(const gl::Program& program, const LightList::Run& run) {
+    constexpr std::size_t kBytes = gpu::kBlockLights * sizeof(gpu::BlockLight);
+    static_assert(kBytes % 256 == 0);
+    if (run.block)
+        _lights->blocks.buffer().bindRange(GL_UNIFORM_BUFFER, kLightBlockBinding, *run.block * kBytes, kBytes);
+    else
+        glProgramUniform2ui(program.id(), 2, run.first, run.count);
 }
 
 void TilePainter::bindView(const ViewPainting& painting) {
@@ -253,7 +262,7 @@ Result<void> TilePainter::setSurface(const Aspect& scene, const ViewPainting& pa
     const LightList::Run& run = painting.scene.lights.runs[item.run];
     program.set(0, glm::mat4(item.relativeFromObject));
     program.set(1, item.normalFromObject);
-    setLightRun(program, run);
+    bindLights(program, run);
     program.set(3, run.ambient);
     if (!has(item.features, Feature::Environment)) return {};
     return _gpuScene.environments().bind(scene, *painting.scene.environments[item.run], program);
@@ -297,7 +306,7 @@ Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall,
         setSides(item);
         item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
         if (factors) {
-            setLightRun(*current, painting.scene.lights.runs[item.run]);
+            bindLights(*current, painting.scene.lights.runs[item.run]);
             current->set(5, firstLight);
         } else if (wall.layers & static_cast<std::uint32_t>(Layer::Ids)) {
             glProgramUniform2ui(current->id(), 4, static_cast<GLuint>(item.node.value),
@@ -509,6 +518,7 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
         ViewPainting& painting = views[pass.view];
         if (painting.area.empty()) continue;
         const LightBuffers& lights = _lightBuffers[pass.view];
+        _lights = &lights;
         lights.lights.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 0);
         lights.indices.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 1);
         lights.shadows.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 2);

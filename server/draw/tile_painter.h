@@ -103,6 +103,8 @@ class TilePainter {
     Result<void> drawEntries(const ViewPainting& view, const DrawList& list, std::size_t first, std::size_t end,
                              const std::function<Result<GLenum>(const SurfaceItem&)>& prepare);
     void bindView(const ViewPainting& view);
+    // The lights of an item, of the view that paintPart() is at.
+    void bindLights(const gl::Program& program, const LightList::Run& run);
     Result<const gl::Texture2D*> textOf(ContainerId id, const std::string& text);
 
     GpuScene& _gpuScene;
@@ -120,12 +122,13 @@ class TilePainter {
  public:
     // The lights of a view as buffers; kept by view so that unchanged lights are not sent again.
     struct LightBuffers {
-        StreamBuffer lights, indices, shadows, webs;
+        StreamBuffer lights, indices, shadows, webs, blocks;
     };
-    Result<void> setLights(std::size_t view, const LightList& lights);
+    Result<void> setLights(std::size_t view, LightList& lights);
 
  private:
     std::map<std::size_t, LightBuffers> _lightBuffers;
+    const LightBuffers* _lights = nullptr;  // of the view at hand
 };
 
 }  // namespace umbriel

@@ -28,8 +28,8 @@ vec3 interpolatedRadiance(vec3 faceNormal) {
 #endif
 #ifdef FEATURE_SHADOWS
     int next = 0;
-    for (uint i = 0u; i < lightRun.y; ++i) {
-        GpuLight light = lights[lightList[lightRun.x + i]];
+    for (uint i = 0u; i < lightCount(); ++i) {
+        GpuLight light = lightAt(i);
         if (light.shadowIndex < 0) continue;
 #ifdef FEATURE_VERTEX_TABLE
         at += 3u;
@@ -45,7 +45,7 @@ vec3 interpolatedRadiance(vec3 faceNormal) {
         if (!any(greaterThan(contribution, vec3(0.0)))) continue;
         vec3 toLight;
         irradianceFrom(light, surface.relative, toLight);
-        radiance += contribution * shadowTint(light, surface.relative, faceNormal, toLight);
+        radiance += contribution * shadowTint(i, light, surface.relative, faceNormal, toLight);
     }
 #endif
     return radiance;

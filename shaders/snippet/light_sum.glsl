@@ -35,7 +35,7 @@ vec3 lightTerm(GpuLight light, Reflection reflection, vec3 relative, vec3 normal
 }
 #endif
 
-// The share of a light's contribution that its shadow leaves.
-vec3 shadowTint(GpuLight light, vec3 relative, vec3 faceNormal, vec3 toLight) {
-    return mix(frame.shadowColour.rgb, vec3(1.0), shadowFactor(light, relative, faceNormal, toLight));
+// The share of the i-th light's contribution that its shadow leaves.
+vec3 shadowTint(uint i, GpuLight light, vec3 relative, vec3 faceNormal, vec3 toLight) {
+    return mix(frame.shadowColour.rgb, vec3(1.0), shadowFactor(i, light, relative, faceNormal, toLight));
 }

@@ -1,14 +1,41 @@
 #include "formula/attenuation.glsl"
 #include "formula/light.glsl"
 #include "snippet/photometric_web.glsl"
-#include "snippet/shadow.glsl"
-#include "structs/light.glsl"
+#include "structs/light_block.glsl"
 
-// Positions are eye-relative world.
+#if defined(FEATURE_ONE_LIGHT)
+#define LIGHT_COUNT 1u
+#elif defined(FEATURE_TWO_LIGHTS)
+#define LIGHT_COUNT 2u
+#elif defined(FEATURE_THREE_LIGHTS)
+#define LIGHT_COUNT 3u
+#elif defined(FEATURE_FOUR_LIGHTS)
+#define LIGHT_COUNT 4u
+#endif
+
+// The lights that reach a draw item; positions are eye-relative world. lightAt(i) is the i-th of lightCount(), and
+// firstShadowOf(i, light) its first record of shadowAt(), when it has any.
+#ifdef LIGHT_COUNT
+layout(std140, binding = 2) uniform LightBlock { BlockLight blockLights[kBlockLights]; };
+uint lightCount() { return LIGHT_COUNT; }
+GpuLight lightAt(uint i) { return blockLights[i].light; }
+uint firstShadowOf(uint i, GpuLight light) { return i * kBlockParts; }
+#define shadowAt(i) blockLights[(i) / kBlockParts].shadows[(i) % kBlockParts]
+#else
 layout(std430, binding = 0) readonly buffer Lights { GpuLight lights[]; };
-// Which lights reach a draw item: a run of this list.
+// A run of this list.
 layout(std430, binding = 1) readonly buffer LightLists { uint lightList[]; };
 layout(location = 2) uniform uvec2 lightRun;  // first, count
+uint lightCount() { return lightRun.y; }
+GpuLight lightAt(uint i) { return lights[lightList[lightRun.x + i]]; }
+uint firstShadowOf(uint i, GpuLight light) { return uint(light.shadowIndex); }
+#ifdef FEATURE_SHADOWS
+layout(std430, binding = 2) readonly buffer Shadows { GpuShadow shadows[]; };
+#define shadowAt(i) shadows[i]
+#endif
+#endif
+
+#include "snippet/shadow.glsl"
 
 // The share that is left of a light after `meters`.
 float fadeOf(GpuLight light, float meters, float distanceSquared) {
@@ -58,11 +85,11 @@ vec3 irradianceFrom(GpuLight light, vec3 relative, out vec3 toLight) {
     return light.irradianceOrIntensity * share;
 }
 
-// The one place where shadow meets light: the share of this light's own contribution that remains.
-float shadowFactor(GpuLight light, vec3 relative, vec3 faceNormal, vec3 toLight) {
+// The one place where shadow meets light: the share of its own contribution that remains of the i-th light.
+float shadowFactor(uint i, GpuLight light, vec3 relative, vec3 faceNormal, vec3 toLight) {
 #ifdef FEATURE_SHADOWS
     if (light.shadowIndex >= 0)
-        return shadowFactor(uint(light.shadowIndex), relative, faceNormal, toLight);
+        return shadowFactor(firstShadowOf(i, light), relative, faceNormal, toLight);
 #endif
     return 1.0;
 }

@@ -6,11 +6,9 @@
 //
 //     float shadowFactor_MODULE(uint shadow, vec3 relative, vec3 normal, vec3 toLight)
 //
-// shadow: index of the light's first record; relative: the surface, eye-relative world; normal: geometric, unit; toLight:
+// shadow: index of the light's first record, for shadowAt(); relative: the surface, eye-relative world; normal: geometric, unit; toLight:
 // unit. A module is there when its feature is (server/shadow/shadow_module.h). docs/shadows.md says how to add one.
 #ifdef FEATURE_SHADOWS
-layout(std430, binding = 2) readonly buffer Shadows { GpuShadow shadows[]; };
-
 #ifdef FEATURE_SHADOW_VIEW
 #ifndef VERTEX_STAGE
 #include "snippet/shadow_view.glsl"
@@ -30,20 +28,20 @@ layout(binding = 10) uniform sampler2DArray shadowBounds;  // stage/shadow_bound
 
 // One map, plain or warped, filtered as the viewport wants it.
 float shadowFactor_map(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
-    ShadowPlace place = placeOnShadowMap(shadows[shadow], relative, normal, toLight);
+    ShadowPlace place = placeOnShadowMap(shadowAt(shadow), relative, normal, toLight);
 #if defined(FEATURE_SHADOW_SOFT_FILTER)
-    return filterSoft(shadowMaps, shadowBounds, shadows[shadow], place);
+    return filterSoft(shadowMaps, shadowBounds, shadowAt(shadow), place);
 #elif defined(FEATURE_SHADOW_FILTER)
-    return filterPercentageCloser(shadowMaps, shadowBounds, shadows[shadow], place);
+    return filterPercentageCloser(shadowMaps, shadowBounds, shadowAt(shadow), place);
 #else
-    return filterNearest(shadowMaps, shadows[shadow], place);
+    return filterNearest(shadowMaps, shadowAt(shadow), place);
 #endif
 }
 
 #ifdef FEATURE_SHADOW_CUBE
 // The face by the largest component; ties go to x, then y.
 float shadowFactor_cube(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
-    vec3 d = relative - shadows[shadow].origin;
+    vec3 d = relative - shadowAt(shadow).origin;
     vec3 a = abs(d);
     uint face = a.x >= a.y && a.x >= a.z ? (d.x >= 0.0 ? 0u : 1u)
                 : a.y >= a.z             ? (d.y >= 0.0 ? 2u : 3u)
@@ -54,17 +52,17 @@ float shadowFactor_cube(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
 
 #ifdef FEATURE_SHADOW_HEMISPHERES
 float shadowFactor_hemispheres(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
-    uint half_ = dot(relative - shadows[shadow].origin, shadows[shadow].axisZ) <= 0.0 ? 0u : 1u;
+    uint half_ = dot(relative - shadowAt(shadow).origin, shadowAt(shadow).axisZ) <= 0.0 ? 0u : 1u;
     return shadowFactor_map(shadow + half_, relative, normal, toLight);
 }
 #endif
 
 float shadowFactor(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
 #ifdef FEATURE_SHADOW_CUBE
-    if (shadows[shadow].shape == kShadowCube) return shadowFactor_cube(shadow, relative, normal, toLight);
+    if (shadowAt(shadow).shape == kShadowCube) return shadowFactor_cube(shadow, relative, normal, toLight);
 #endif
 #ifdef FEATURE_SHADOW_HEMISPHERES
-    if (shadows[shadow].shape == kShadowHemisphere) return shadowFactor_hemispheres(shadow, relative, normal, toLight);
+    if (shadowAt(shadow).shape == kShadowHemisphere) return shadowFactor_hemispheres(shadow, relative, normal, toLight);
 #endif
     return shadowFactor_map(shadow, relative, normal, toLight);
 }

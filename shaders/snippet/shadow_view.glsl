@@ -3,7 +3,7 @@
 layout(binding = 11) uniform sampler2DMSArray darkness;
 
 float shadowFactor_view(uint shadow) {
-    ivec3 place = ivec3(ivec2(gl_FragCoord.xy), int(shadows[shadow].layer));  // the images are the target's twins
+    ivec3 place = ivec3(ivec2(gl_FragCoord.xy), int(shadowAt(shadow).layer));  // the images are the target's twins
     uint covered = uint(gl_SampleMaskIn[0]);
     float lit = 0.0;
     float count = 0.0;

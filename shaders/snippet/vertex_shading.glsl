@@ -47,8 +47,8 @@ void shadeSide(int side, Reflection reflection, vec3 normal) {
 #endif
 #ifdef ANY_LIGHTS
     int next = 0;
-    for (uint i = 0u; i < lightRun.y; ++i) {
-        GpuLight light = lights[lightList[lightRun.x + i]];
+    for (uint i = 0u; i < lightCount(); ++i) {
+        GpuLight light = lightAt(i);
         vec3 toLight;
         vec3 term = lightTerm(light, reflection, surface.relative, normal, toEye, toLight, radiance);
         if (light.shadowIndex >= 0)

@@ -52,12 +52,12 @@ void main() {
 #ifdef LAYER_FACTORS
     float factors[4 * LAYER_FACTORS];
     for (int i = 0; i < 4 * LAYER_FACTORS; ++i) factors[i] = 0.0;
-    for (uint i = 0u; i < lightRun.y; ++i) {
-        GpuLight light = lights[lightList[lightRun.x + i]];
+    for (uint i = 0u; i < lightCount(); ++i) {
+        GpuLight light = lightAt(i);
         if (light.index < firstLight || light.index >= firstLight + uint(4 * LAYER_FACTORS)) continue;
         vec3 toLight;
         irradianceFrom(light, surface.relative, toLight);
-        factors[light.index - firstLight] = shadowFactor(light, surface.relative, faceNormal, toLight);
+        factors[light.index - firstLight] = shadowFactor(i, light, surface.relative, faceNormal, toLight);
     }
     for (int i = 0; i < LAYER_FACTORS; ++i)
         factorsOut[i] = vec4(factors[4 * i], factors[4 * i + 1], factors[4 * i + 2], factors[4 * i + 3]);

@@ -21,6 +21,18 @@ vec3 shadingNormal(vec3 faceNormal, float side) {
 }
 
 #ifdef LIT
+#if defined(ANY_LIGHTS) && !defined(FEATURE_VERTEX_SHADING)
+void addLight(uint i, Reflection reflection, vec3 place, vec3 normal, vec3 toEye, vec3 faceNormal,
+              inout vec3 radiance) {
+    GpuLight light = lightAt(i);
+    vec3 toLight;
+    vec3 contribution = lightTerm(light, reflection, place, normal, toEye, toLight, radiance);
+    // Where nothing arrives, no map needs to be asked.
+    if (any(greaterThan(contribution, vec3(0.0))))
+        radiance += contribution * shadowTint(i, light, surface.relative, faceNormal, toLight);
+}
+#endif
+
 vec3 reflectedRadiance(vec3 factor, vec3 texel) {
     float side = gl_FrontFacing ? 1.0 : -1.0;
 #if defined(FEATURE_SHADOWS) || !defined(FEATURE_VERTEX_NORMALS)
@@ -47,14 +59,22 @@ vec3 reflectedRadiance(vec3 factor, vec3 texel) {
     radiance += environmentSum(environmentShare(reflection), normal, toEye, occlusion);
 #endif
 #ifdef ANY_LIGHTS
-    for (uint i = 0u; i < lightRun.y; ++i) {
-        GpuLight light = lights[lightList[lightRun.x + i]];
-        vec3 toLight;
-        vec3 contribution = lightTerm(light, reflection, place, normal, toEye, toLight, radiance);
-        // Where nothing arrives, no map needs to be asked.
-        if (any(greaterThan(contribution, vec3(0.0))))
-            radiance += contribution * shadowTint(light, surface.relative, faceNormal, toLight);
-    }
+#ifdef LIGHT_COUNT
+    // Not a loop: every place in the block is a constant, whether or not a compiler unrolls.
+    addLight(0u, reflection, place, normal, toEye, faceNormal, radiance);
+#if !defined(FEATURE_ONE_LIGHT)
+    addLight(1u, reflection, place, normal, toEye, faceNormal, radiance);
+#if !defined(FEATURE_TWO_LIGHTS)
+    addLight(2u, reflection, place, normal, toEye, faceNormal, radiance);
+#if !defined(FEATURE_THREE_LIGHTS)
+    addLight(3u, reflection, place, normal, toEye, faceNormal, radiance);
+#endif
+#endif
+#endif
+#else
+    for (uint i = 0u; i < lightCount(); ++i)
+        addLight(i, reflection, place, normal, toEye, faceNormal, radiance);
+#endif
 #endif
     return radiance;
 #endif
