@@ -20,7 +20,7 @@ function(umbriel_module name folder)
   set_property(GLOBAL APPEND PROPERTY UMBRIEL_MODULES umbriel_${name})
 endfunction()
 
-# umbriel_test(NAME FOLDER [DEPS ...] [LIBS ...] [LABELS ...] [TIMEOUT s] [DEFINES ...] [PROGRAMS ...] [SOURCES ...])
+# umbriel_test(NAME FOLDER [DEPS ...] [LIBS ...] [LABELS ...] [DEFINES ...] [PROGRAMS ...] [SOURCES ...])
 #
 # One GoogleTest program per folder, made of every .cpp in it; each test is a ctest test under a watchdog. The target
 # umbriel_tests builds them all. Mesa's software rasterizer is not built for the thread sanitizer, which then reports
