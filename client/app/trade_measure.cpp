@@ -146,10 +146,9 @@ Result<void> TradeBench::measure(TradeRow& row) {
                 continue;
             }
             const ShadowFilter& filter = fits.front().filter;
-            const double reach =
-                1.0 + (fits.front().mode == ShadowMode::PercentageCloser && filter.widthMetres <= 0.0f
-                           ? 0.5 * static_cast<double>(filter.widthTexels)
-                           : 0.0);
+            const double reach = 1.0 + (fits.front().mode == ShadowMode::PercentageCloser && filter.widthMetres <= 0.0f
+                                            ? 0.5 * static_cast<double>(filter.widthTexels)
+                                            : 0.0);
             const BeyondTexel one =
                 beyondTexel(*_shadowScene, look.points, light, fits, look.truth[light], result, judged, reach);
             beyond.leaks += one.leaks;
@@ -214,8 +213,8 @@ Result<double> TradeBench::flickerNow() {
         const Look& look = _path[frame].front();
         judged.emplace_back();
         for (std::size_t light = 0; light < look.truth.size(); ++light)
-            judged.back().push_back(judgedBy(
-                look, light, fitsOf(resolved->views.views, look.eye, _shadowScene->lights()[light].node)));
+            judged.back().push_back(
+                judgedBy(look, light, fitsOf(resolved->views.views, look.eye, _shadowScene->lights()[light].node)));
     }
     scene().edit(stage().viewport).set<&Viewport::camera>(camera);
     double flicker = 0.0;

@@ -6,8 +6,8 @@
 namespace umbriel {
 namespace {
 
-// Of places on a map (-1 to 1) per metre along a surface's axes, and how far from the map's middle the place lies (1: on
-// its border).
+// Of places on a map (-1 to 1) per metre along a surface's axes, and how far from the map's middle the place lies (1:
+// on its border).
 struct OnMap {
     glm::dmat2 mapFromSurface{0.0};
     double fromMiddle = 0.0;
@@ -93,7 +93,8 @@ TexelSizes texelSizes(const SurfacePoints& points, const View& view, std::span<c
         const double pixels = std::abs(glm::determinant(glm::dmat2(onPicture(surface.u), onPicture(surface.v))));
         sizes.pixels[i] = static_cast<float>(std::sqrt(area * pixels));
         const ShadowFit& fit = fits.front();
-        const glm::dvec3 ray = fit.perspective ? relative + (points.eyeWorld - fit.positionWorld) : fit.worldFromLight[2];
+        const glm::dvec3 ray =
+            fit.perspective ? relative + (points.eyeWorld - fit.positionWorld) : fit.worldFromLight[2];
         const double facing = std::abs(glm::dot(glm::normalize(ray), normal));
         sizes.metres[i] = static_cast<float>(std::sqrt(area * facing));
     }
