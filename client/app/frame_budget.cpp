@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "client/app/trade_setting.h"
 #include "common/base/log.h"
 
 namespace umbriel {
@@ -27,7 +26,7 @@ Result<FrameBudget> FrameBudget::begin(const SceneArguments& arguments, Aspect& 
     FrameGovernor::Options options;
     options.budgetMilliseconds = budget;
     FrameBudget made(scene, window, std::move(front), FrameGovernor(std::move(costs), options));
-    if (const auto applied = applySetting(scene, window, made.setting()); !applied)
+    if (const auto applied = made._settings.apply(made.setting()); !applied)
         return badInput(fmt::format("{}: {}", path.string(), applied.error().message));
     return made;
 }
@@ -38,7 +37,7 @@ Result<void> FrameBudget::follow(const FrameReport& report) {
         if (server.shown) slowest = std::max(slowest, server.drawMilliseconds);
     if (!(slowest > 0.0) || !_governor.observe(slowest)) return {};
     log::info(fmt::format("frame {}: {:.1f} ms, from now on {}", report.frame, slowest, labelOf(setting())));
-    return applySetting(*_scene, _window, setting());
+    return _settings.apply(setting());
 }
 
 }  // namespace umbriel

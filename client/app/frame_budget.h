@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "client/app/render_command.h"
+#include "client/app/trade_setting.h"
 #include "client/trade/frame_governor.h"
 #include "client/trade/trade_choice.h"
 
@@ -24,10 +25,9 @@ class FrameBudget {
 
  private:
     FrameBudget(Aspect& scene, Ref<Window> window, std::vector<StoredTrade::Point> front, FrameGovernor governor)
-        : _scene(&scene), _window(window), _front(std::move(front)), _governor(std::move(governor)) {}
+        : _settings(scene, window), _front(std::move(front)), _governor(std::move(governor)) {}
 
-    Aspect* _scene;
-    Ref<Window> _window;
+    SettingSwitch _settings;
     std::vector<StoredTrade::Point> _front;
     FrameGovernor _governor;
 };

@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cstring>
 #include <optional>
+#include <set>
 
 #include "common/base/log.h"
 #include "common/image/assemble.h"
@@ -142,12 +143,16 @@ LayeredImage assembleWall(PixelSize wall, const std::vector<TilePixels>& tiles, 
     image.rgba = makeRgbaImage(wall.width, wall.height);
     for (const TilePixels& tile : tiles) {
         if (tile.tile.eye != eye) continue;
+        // Two lights may have the same name. Every tile has its layers in the same order, so numbers agree.
+        std::set<std::string> taken;
         for (const TileLayer& layer : tile.layers) {
             if (layer.layer == Layer::Colour) {
                 place(layer, tile.tile, image.rgba);
                 continue;
             }
-            const std::string name = asLayerName(layer.name);
+            const std::string plain = asLayerName(layer.name);
+            std::string name = plain;
+            for (int number = 2; !taken.insert(name).second; ++number) name = fmt::format("{}_{}", plain, number);
             const auto channels = channelNames(layer.layer, layer.channels);
             auto found = std::find_if(image.layers.begin(), image.layers.end(),
                                       [&](const ImageLayer& known) { return known.name == name; });

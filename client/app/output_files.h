@@ -32,7 +32,8 @@ class OutputFiles {
     std::vector<std::string> _patterns;
 };
 
-// The wall as one eye sees it, from the tiles that cover it. Layers are matched by name.
+// The wall as one eye sees it, from the tiles that cover it. Layers are matched by name; those of one tile that have the
+// same name are numbered from the second on: "lamp", "lamp_2".
 LayeredImage assembleWall(PixelSize wall, const std::vector<TilePixels>& tiles, Eye eye);
 
 }  // namespace umbriel

@@ -14,7 +14,7 @@
 namespace umbriel {
 namespace {
 
-// A turn at the clock: one frame to settle (maps, shaders), then these.
+// A turn at the clock: one frame to settle (maps, shaders), then these, or as few as are asked for.
 constexpr int kTurn = 4;
 
 double median(std::vector<double> values) {
@@ -22,34 +22,6 @@ double median(std::vector<double> values) {
     std::sort(values.begin(), values.end());
     const std::size_t middle = values.size() / 2;
     return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
-}
-
-// Several pictures as one, with a row between them that is not judged.
-struct Stacked {
-    int width = 0, height = 0;
-    std::vector<float> truth, result;
-    std::vector<std::uint8_t> judged;
-
-    void add(int w, int h, std::span<const float> t, std::span<const float> r, std::span<const std::uint8_t> j) {
-        if (height > 0) {
-            ++height;
-            truth.resize(truth.size() + static_cast<std::size_t>(width), 1.0f);
-            result.resize(truth.size(), 1.0f);
-            judged.resize(truth.size(), 0);
-        }
-        width = w;
-        height += h;
-        truth.insert(truth.end(), t.begin(), t.end());
-        result.insert(result.end(), r.begin(), r.end());
-        judged.insert(judged.end(), j.begin(), j.end());
-    }
-    ShadowFactors factors() const { return {width, height, truth, result, judged}; }
-};
-
-FloatImage asImage(int width, int height, const std::vector<float>& factors) {
-    FloatImage image(width, height, {"factor"});
-    image.samples() = factors;
-    return image;
 }
 
 const char* nameOf(TileMode mode) {
@@ -75,6 +47,7 @@ Result<std::unique_ptr<TradeBench>> TradeBench::open(const SceneArguments& argum
     auto loaded = loadStage(arguments.scene, *bench->_types, bench->_setup.stage, aspectRatio);
     if (!loaded) return loaded.error();
     bench->_loaded = std::move(*loaded);
+    bench->_settings.emplace(bench->scene(), bench->stage().window);
     auto cluster = Cluster::connect(bench->_setup.cluster, *bench->_types, bench->_setup.tiles);
     if (!cluster) return cluster.error();
     bench->_cluster = std::move(*cluster);
@@ -211,7 +184,7 @@ Result<void> TradeBench::movePath(int frame) {
 }
 
 Result<void> TradeBench::look() {
-    if (const auto set = applySetting(scene(), stage().window, {"none", 512, {}, {}, {}}); !set) return set.error();
+    if (const auto set = _settings->apply({"none", 512, {}, {}, {}}); !set) return set.error();
     if (const auto built = buildScene(); !built) return built.error();
     auto looks = lookNow();
     if (!looks) return looks.error();
@@ -255,129 +228,6 @@ Result<std::vector<std::vector<std::vector<float>>>> TradeBench::factorsNow() {
     return factors;
 }
 
-Result<void> TradeBench::measure(TradeRow& row) {
-    UMBRIEL_ASSERT(!_looks.empty(), "look() comes before measure()");
-    if (const auto set = applySetting(scene(), stage().window, row.setting); !set) return set.error();
-    const auto factors = factorsNow();
-    if (!factors) return factors.error();
-    const auto resolved = resolveViews(scene(), stage().window, _setup.wall, &_bounds);
-    if (!resolved) return resolved.error();
-
-    Stacked all;
-    std::array<Stacked, 3> zones;
-    SeamJump seams;
-    BeyondTexel beyond;
-    bool known = true;
-    for (std::size_t i = 0; i < _looks.size(); ++i) {
-        const Look& look = _looks[i];
-        for (std::size_t light = 0; light < look.truth.size(); ++light) {
-            const std::vector<float>& result = (*factors)[i][light];
-            const auto& judged = look.judged[light];
-            const int w = look.points.width, h = look.points.height;
-            all.add(w, h, look.truth[light], result, judged);
-            const auto zone = depthZones(look.points, judged);
-            for (std::uint8_t z = 0; z < 3; ++z) {
-                std::vector<std::uint8_t> inZone(zone.size());
-                for (std::size_t k = 0; k < zone.size(); ++k) inZone[k] = zone[k] == z ? 1 : 0;
-                zones[z].add(w, h, look.truth[light], result, inZone);
-            }
-            const auto& grid = _setup.tiles;
-            std::vector<std::int32_t> columns, rows;
-            for (const TileAssignment& tile : grid) {
-                columns.push_back(tile.pixels.x);
-                rows.push_back(tile.pixels.y);
-            }
-            const auto distinct = [](std::vector<std::int32_t> values) {
-                std::sort(values.begin(), values.end());
-                return static_cast<int>(std::unique(values.begin(), values.end()) - values.begin());
-            };
-            const SeamJump jump =
-                seamJump({w, h, look.truth[light], result, judged}, distinct(columns), distinct(rows));
-            seams.pairs += jump.pairs;
-            seams.jumps += jump.jumps;
-
-            const auto& views = resolved->views.views;
-            const auto view =
-                std::find_if(views.begin(), views.end(), [&](const View& v) { return v.eye == look.eye; });
-            const ContainerId node = _shadowScene->lights()[light].node;
-            const ShadowFit* fit = nullptr;
-            int fits = 0;
-            if (view != views.end())
-                for (const ShadowFit& candidate : view->fits)
-                    if (candidate.light == node) {
-                        fit = &candidate;
-                        ++fits;
-                    }
-            const bool flat = fits == 1 && fit->mode != ShadowMode::Cube && fit->mode != ShadowMode::DualParaboloid;
-            if (!flat || _shadowScene->lights()[light].radius > 0.0) {
-                known = known && std::count(judged.begin(), judged.end(), 1) == 0;
-                continue;
-            }
-            const BeyondTexel one =
-                beyondTexel(*_shadowScene, look.points, light, *fit, look.truth[light], result, judged);
-            beyond.leaks += one.leaks;
-            beyond.acne += one.acne;
-        }
-    }
-    TradeErrors& errors = row.errors;
-    errors.error = shadowError(all.factors());
-    errors.edges = shadowEdges(all.factors());
-    errors.machBand = shadowMachBands(all.factors()).response.mean;
-    errors.deltaE = shadowDeltaE(all.factors()).mean;
-    errors.seamJump = seams.share();
-    if (known && errors.error.judged > 0) {
-        errors.leakBeyondTexel = static_cast<double>(beyond.leaks) / static_cast<double>(errors.error.judged);
-        errors.acneBeyondTexel = static_cast<double>(beyond.acne) / static_cast<double>(errors.error.judged);
-    }
-    for (std::size_t z = 0; z < 3; ++z) {
-        errors.zoneErrors[z] = shadowError(zones[z].factors()).error();
-        const ShadowEdges edges = shadowEdges(zones[z].factors());
-        if (edges.inTruth > 0 && edges.inResult > 0) errors.zoneEdges[z] = edges.distance.mean;
-    }
-    if (!factors->empty() && !factors->front().empty()) {
-        row.factors = asImage(_looks[0].points.width, _looks[0].points.height, factors->front().front());
-        for (std::size_t k = 0; k < _looks[0].points.size(); ++k)
-            if (!_looks[0].points.covered(k)) row.factors.samples()[k] = 1.0f;  // the background, as in truth
-    }
-    if (_looks.size() == 2) {
-        const auto matches = matchSurfaces(_looks[0].points, _looks[1].points, _looks[1].view);
-        double sum = 0.0;
-        for (std::size_t light = 0; light < _looks[0].truth.size(); ++light)
-            sum += surfaceChange((*factors)[0][light], (*factors)[1][light], matches, _looks[0].judged[light],
-                                 _looks[1].judged[light])
-                       .changed;
-        errors.eyeMismatch = sum / static_cast<double>(std::max<std::size_t>(1, _looks[0].truth.size())) - _eyesTruth;
-    }
-    if (_path.empty()) return {};
-
-    const Ref<Container> camera = scene().get(stage().viewport).camera;
-    std::vector<std::vector<std::vector<float>>> byFrame;
-    for (int frame = 0; frame < static_cast<int>(_path.size()); ++frame) {
-        if (const auto moved = movePath(frame); !moved) return moved.error();
-        auto now = factorsNow();
-        if (!now) return now.error();
-        byFrame.push_back(std::move(now->front()));
-    }
-    scene().edit(stage().viewport).set<&Viewport::camera>(camera);
-    double flicker = 0.0;
-    int pairs = 0;
-    for (std::size_t frame = 0; frame + 1 < _path.size(); ++frame) {
-        const Look& from = _path[frame].front();
-        const Look& to = _path[frame + 1].front();
-        const auto matches = matchSurfaces(from.points, to.points, to.view);
-        for (std::size_t light = 0; light < from.truth.size(); ++light) {
-            const auto change = [&](const std::vector<float>& a, const std::vector<float>& b) {
-                return surfaceChange(a, b, matches, from.judged[light], to.judged[light]).mean;
-            };
-            flicker +=
-                change(byFrame[frame][light], byFrame[frame + 1][light]) - change(from.truth[light], to.truth[light]);
-            ++pairs;
-        }
-    }
-    errors.flicker = pairs > 0 ? flicker / pairs : 0.0;
-    return {};
-}
-
 Result<void> TradeBench::time(std::vector<TradeRow>& rows, int frames) {
     struct Samples {
         std::vector<double> wall, cpu, gpu, ratios;
@@ -388,20 +238,21 @@ Result<void> TradeBench::time(std::vector<TradeRow>& rows, int frames) {
     const auto applyForCost = [&](const TradeRow& row) -> Result<void> {
         for (const Ref<Viewport>& viewport : scene().get(stage().window).viewports.toVector())
             scene().edit(viewport).set<&Viewport::reuseMaps>(false);
-        return applySetting(scene(), stage().window, row.setting);
+        return _settings->apply(row.setting);
     };
     // One untimed frame each, so that no shader is compiled while the clock runs.
     for (TradeRow& row : rows) {
         if (const auto set = applyForCost(row); !set) return set.error();
         if (const auto drawn = draw(colour, false); !drawn) return drawn.error();
     }
+    const int length = std::min(kTurn, std::max(1, frames));
     const int turns = std::max(1, (frames + kTurn - 1) / kTurn);
     for (int turn = 0; turn < turns; ++turn) {
         double reference = 0.0;
         for (std::size_t i = 0; i < rows.size(); ++i) {
             if (const auto set = applyForCost(rows[i]); !set) return set.error();
             std::vector<double> ofTurn;
-            for (int frame = -1; frame < kTurn; ++frame) {
+            for (int frame = -1; frame < length; ++frame) {
                 FrameReport report;
                 if (const auto drawn = draw(colour, false, &report); !drawn) return drawn.error();
                 if (frame < 0) continue;
@@ -467,7 +318,7 @@ TradeResult TradeBench::describe() const {
                                _shadowScene ? _shadowScene->triangleCount() : 0, casting);
     if (!_looks.empty() && !_looks.front().truth.empty()) {
         const Look& look = _looks.front();
-        result.truthFactors = asImage(look.points.width, look.points.height, look.truth.front());
+        result.truthFactors = factorImage(look.points, look.truth.front());
         result.judged = look.judged.front();
     }
     return result;

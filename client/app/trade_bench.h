@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -67,13 +68,21 @@ class TradeBench {
     // The factors of each light in each look, after a setting was applied.
     Result<std::vector<std::vector<std::vector<float>>>> factorsNow();
     Result<void> movePath(int frame);
+    // Mean change of the same surface points from frame to frame along the path, less the truth's.
+    Result<double> flickerNow();
+    // Where a row is judged: everywhere that truth is, planar modes on the plane of their fit.
+    std::vector<std::uint8_t> judgedBy(const Look& look, std::size_t light, std::span<const ShadowFit> fits) const;
     Result<void> buildScene();
+
+    // One light's factors as a picture.
+    static FloatImage factorImage(const SurfacePoints& points, const std::vector<float>& factors);
 
     WallSetup _setup;
     TradeBenchOptions _options;
     std::string _sceneName;
     std::unique_ptr<TypeRegistry> _types;
     std::unique_ptr<LoadedStage> _loaded;
+    std::optional<SettingSwitch> _settings;
     std::unique_ptr<Cluster> _cluster;
     std::unique_ptr<ShadowScene> _shadowScene;
     std::vector<Look> _looks;              // by eye

@@ -94,24 +94,6 @@ Result<void> writeText(const std::string& path, const std::string& text) {
     return (*file)->commit();
 }
 
-Result<void> writeReports(const TradeResult& result, const std::vector<std::string>& outs) {
-    for (const std::string& path : outs) {
-        std::string text;
-        if (path.ends_with(".csv"))
-            text = tradeCsv(result);
-        else if (path.ends_with(".json"))
-            text = tradeJson(result);
-        else {
-            auto html = tradeHtml(result);
-            if (!html) return html.error();
-            text = std::move(*html);
-        }
-        if (const auto written = writeText(path, text); !written) return written.error();
-        log::info(fmt::format("wrote {}", path));
-    }
-    return {};
-}
-
 Result<TradeResult> sweep(const TradeArguments& arguments, const std::filesystem::path& serverProgram) {
     auto rows = rowsOf(arguments);
     if (!rows) return rows.error();
@@ -155,6 +137,26 @@ Result<TradeResult> sweep(const TradeArguments& arguments, const std::filesystem
 
 }  // namespace
 
+Result<void> writeTradeReports(const std::vector<std::string>& outs, std::span<const TradeResult> results,
+                               std::span<const Expectation> expected) {
+    for (const std::string& path : outs) {
+        std::string text;
+        if (path.ends_with(".csv"))
+            text = tradeCsv(results);
+        else if (path.ends_with(".json"))
+            text = expected.empty() && results.size() == 1 ? tradeJson(results.front())
+                                                           : tradeJson("", results, expected);
+        else {
+            auto html = tradeHtml(results, expected);
+            if (!html) return html.error();
+            text = std::move(*html);
+        }
+        if (const auto written = writeText(path, text); !written) return written.error();
+        log::info(fmt::format("wrote {}", path));
+    }
+    return {};
+}
+
 int runTrade(const TradeArguments& arguments, const std::filesystem::path& serverProgram, std::ostream& out) {
     if (arguments.frames < 1 || arguments.frames > 1'000'000)
         return exitCodeOf(badInput(fmt::format("--frames {}: expected 1 to 1000000", arguments.frames)));
@@ -195,7 +197,7 @@ int runTrade(const TradeArguments& arguments, const std::filesystem::path& serve
             return exitCodeOf(stored.error());
         result->notes.push_back(fmt::format("stored in {}: umbriel render and view take it", path.string()));
     }
-    if (const auto written = writeReports(*result, arguments.out); !written) return exitCodeOf(written.error());
+    if (const auto written = writeTradeReports(arguments.out, {&*result, 1}, {}); !written) return exitCodeOf(written.error());
     if (arguments.json)
         out << tradeJson(*result);
     else if (!arguments.scene.quiet)

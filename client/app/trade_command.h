@@ -3,10 +3,13 @@
 #include <filesystem>
 #include <iosfwd>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "client/app/render_command.h"
+#include "client/trade/expectation.h"
+#include "client/trade/trade_row.h"
 
 namespace umbriel {
 
@@ -32,6 +35,10 @@ struct TradeArguments {
 
 // umbriel trade (docs/commands.md). Exit code 0, 1 or 2.
 int runTrade(const TradeArguments& arguments, const std::filesystem::path& serverProgram, std::ostream& out);
+
+// Results as files by the ends of their names: .csv, .json, else a page; what was expected goes into the last two.
+Result<void> writeTradeReports(const std::vector<std::string>& outs, std::span<const TradeResult> results,
+                               std::span<const Expectation> expected);
 
 // The names of the presets, with what each is about, one a line.
 std::string tradePresets();

@@ -48,15 +48,34 @@ bool takesSamples(ShadowMode mode) {
 }
 
 Result<void> applySetting(Aspect& scene, Ref<Window> window, const TradeSetting& setting) {
+    return SettingSwitch(scene, window).apply(setting);
+}
+
+void SettingSwitch::keep(ContainerId viewport, std::string_view name) {
+    const Container* container = _scene->find(viewport);
+    const auto& fields = container->type().fields;
+    for (std::uint32_t i = 0; i < fields.size(); ++i) {
+        if (fields[i].name != name || fields[i].isMulti || fields[i].kind == ElementKind::String) continue;
+        const auto* value = static_cast<const std::byte*>(fields[i].address_(*container));
+        _kept.push_back({viewport, i, {value, value + infoOf(fields[i].kind).size}});
+    }
+}
+
+Result<void> SettingSwitch::apply(const TradeSetting& setting) {
     const auto technique = parseTechnique(setting.technique);
     if (!technique) return technique.error();
-    for (const Ref<Viewport>& viewport : scene.get(window).viewports.toVector()) {
-        scene.edit(viewport)
+    // Backwards, so that of a field that was set twice the first value is put back.
+    for (; !_kept.empty(); _kept.pop_back())
+        if (_scene->find(_kept.back().viewport))
+            RawEdit(*_scene).setSingle(_kept.back().viewport, _kept.back().field, _kept.back().value);
+    for (const Ref<Viewport>& viewport : _scene->get(_window).viewports.toVector()) {
+        _scene->edit(viewport)
             .set<&Viewport::shadowMode>(technique->mode)
             .set<&Viewport::shadowFit>(technique->fit)
             .set<&Viewport::mapSize>(setting.mapSize);
         const auto set = [&](std::string_view field, const std::string& value) {
-            return setField(scene, viewport, field, value);
+            keep(viewport.id, field);
+            return setField(*_scene, viewport, field, value);
         };
         if (setting.filter)
             if (const auto done = set("filterWidth", fmt::format("{}", *setting.filter)); !done) return done.error();

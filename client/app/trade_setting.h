@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "client/trade/trade_row.h"
@@ -22,8 +24,30 @@ bool hasMap(ShadowMode mode);
 bool takesFilter(ShadowMode mode);
 bool takesSamples(ShadowMode mode);
 
-// Makes a window's viewports draw with this setting from the next frame on: fields of the scene, so all servers change
-// at the same frame. Bad input for an unknown technique or field.
+// Makes a window's viewports draw with one setting after another, each from the next frame on: fields of the scene, so
+// all servers change at the same frame. What a setting sets beside technique and map size is put back before the next
+// one. The scene must outlive this.
+class SettingSwitch {
+ public:
+    SettingSwitch(Aspect& scene, Ref<Window> window) : _scene(&scene), _window(window) {}
+
+    // Bad input for an unknown technique or field.
+    Result<void> apply(const TradeSetting& setting);
+
+ private:
+    struct Kept {
+        ContainerId viewport;
+        std::uint32_t field = 0;
+        std::vector<std::byte> value;
+    };
+    void keep(ContainerId viewport, std::string_view name);
+
+    Aspect* _scene;
+    Ref<Window> _window;
+    std::vector<Kept> _kept;
+};
+
+// One setting, for good.
 Result<void> applySetting(Aspect& scene, Ref<Window> window, const TradeSetting& setting);
 
 }  // namespace umbriel

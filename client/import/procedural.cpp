@@ -15,43 +15,52 @@ namespace {
 
 constexpr std::string_view kScheme = "demo:";
 
-// At most one option a demo so far: the count n.
+// What a demo may be asked for: its count n, of one demo the number of triangles instead.
+struct Counts {
+    int n = 0;
+    int triangles = 0;  // 0: as n says
+};
+
 struct Demo {
     DemoDescription description;
     int defaultCount;
     int largestCount;  // 0: the demo has no options
-    Ref<LoadedScene> (*build)(Aspect& aspect, int count);
+    Ref<LoadedScene> (*build)(Aspect& aspect, const Counts& counts);
+    int fewestTriangles = 0;  // 0: cannot be asked for
+    int mostTriangles = 0;
 };
 
 constexpr std::array kDemos = {
     Demo{{"car", "a car driving in a circle between cones: one wheel geometry, four nodes, animated", ""},
          0,
          0,
-         [](Aspect& aspect, int) { return buildCar(aspect); }},
+         [](Aspect& aspect, const Counts&) { return buildCar(aspect); }},
     Demo{{"city", "a city of shared building geometries in separately culled blocks, with streets and trees",
           "n=BUILDINGS (1 to 100000, default 2000)"},
          2000,
          100000,
-         [](Aspect& aspect, int count) { return buildCity(aspect, count); }},
+         [](Aspect& aspect, const Counts& counts) { return buildCity(aspect, counts.n); }},
     Demo{{"cloth", "a woven cloth with folds, draped over a ball", ""},
          0,
          0,
-         [](Aspect& aspect, int) { return buildCloth(aspect); }},
+         [](Aspect& aspect, const Counts&) { return buildCloth(aspect); }},
     Demo{{"palms", "thin fronds at three distances, an aeroplane, a post near the eye: for the shadow experiments",
-          "n=PALMS (1 to 5000, default 9)"},
+          "n=PALMS (1 to 5000, default 9) or triangles=N (2000 to 5000000)"},
          9,
          5000,
-         [](Aspect& aspect, int count) { return buildPalms(aspect, count); }},
+         [](Aspect& aspect, const Counts& counts) { return buildPalms(aspect, counts.n, counts.triangles); },
+         2000,
+         5000000},
     Demo{{"spheres", "a square of spheres, roughness to the right, metalness to the back",
           "n=SPHERES (1 to 10000, default 49)"},
          49,
          10000,
-         [](Aspect& aspect, int count) { return buildSpheres(aspect, count); }},
+         [](Aspect& aspect, const Counts& counts) { return buildSpheres(aspect, counts.n); }},
     Demo{{"torus", "a shiny torus of n segments around and half as many across: what interpolated shading makes of it",
           "n=SEGMENTS (1 to 2000, default 48; fewer than 3 count as 3)"},
          48,
          2000,
-         [](Aspect& aspect, int count) { return buildTorus(aspect, count); }},
+         [](Aspect& aspect, const Counts& counts) { return buildTorus(aspect, counts.n); }},
 };
 
 constexpr std::array<DemoDescription, kDemos.size()> kDescriptions = [] {
@@ -67,9 +76,9 @@ std::string knownDemos() {
     return names;
 }
 
-// The count from "n=7"; an error for anything else.
-Result<int> parseCount(const Demo& demo, std::string_view options) {
-    int count = demo.defaultCount;
+// The counts from "n=7" or "triangles=2602"; an error for anything else.
+Result<Counts> parseCounts(const Demo& demo, std::string_view options) {
+    Counts counts{demo.defaultCount};
     while (!options.empty()) {
         const std::size_t end = options.find('&');
         const std::string_view option = options.substr(0, end);
@@ -78,17 +87,21 @@ Result<int> parseCount(const Demo& demo, std::string_view options) {
         const std::string_view key = option.substr(0, equals);
         if (demo.largestCount == 0)
             return badInput(fmt::format("demo:{} has no option '{}': it has none at all", demo.description.name, key));
-        if (key != "n")
+        const bool triangles = key == "triangles" && demo.mostTriangles > 0;
+        if (key != "n" && !triangles)
             return badInput(fmt::format("demo:{} has no option '{}'; it has {}", demo.description.name, key,
                                         demo.description.options));
         const std::string_view value =
             equals == std::string_view::npos ? std::string_view{} : option.substr(equals + 1);
+        int& count = triangles ? counts.triangles : counts.n;
         const auto [rest, error] = std::from_chars(value.data(), value.data() + value.size(), count);
-        if (error != std::errc{} || rest != value.data() + value.size() || count < 1 || count > demo.largestCount)
-            return badInput(fmt::format("demo:{} cannot take n='{}'; it has {}", demo.description.name, value,
+        if (error != std::errc{} || rest != value.data() + value.size() ||
+            count < (triangles ? demo.fewestTriangles : 1) ||
+            count > (triangles ? demo.mostTriangles : demo.largestCount))
+            return badInput(fmt::format("demo:{} cannot take {}='{}'; it has {}", demo.description.name, key, value,
                                         demo.description.options));
     }
-    return count;
+    return counts;
 }
 
 }  // namespace
@@ -108,9 +121,9 @@ Result<Ref<LoadedScene>> buildDemo(std::string_view uri, Aspect& aspect) {
     const std::string_view name = rest.substr(0, question);
     for (const Demo& demo : kDemos) {
         if (demo.description.name != name) continue;
-        const auto count = parseCount(demo, question == std::string_view::npos ? "" : rest.substr(question + 1));
-        if (count.has_error()) return count.error();
-        return demo.build(aspect, *count);
+        const auto counts = parseCounts(demo, question == std::string_view::npos ? "" : rest.substr(question + 1));
+        if (counts.has_error()) return counts.error();
+        return demo.build(aspect, *counts);
     }
     return badInput(fmt::format("there is no procedural scene '{}'; there are {}", uri, knownDemos()));
 }

@@ -9,7 +9,8 @@ namespace umbriel {
 Ref<LoadedScene> buildCar(Aspect& aspect);
 Ref<LoadedScene> buildCity(Aspect& aspect, int buildings);
 Ref<LoadedScene> buildCloth(Aspect& aspect);
-Ref<LoadedScene> buildPalms(Aspect& aspect, int palms);
+// triangles: of the whole scene, where positive; then there are as many palms as that takes, the last one cut short.
+Ref<LoadedScene> buildPalms(Aspect& aspect, int palms, int triangles);
 Ref<LoadedScene> buildSpheres(Aspect& aspect, int count);
 Ref<LoadedScene> buildTorus(Aspect& aspect, int segments);
 

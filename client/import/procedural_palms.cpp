@@ -21,6 +21,7 @@ constexpr float kFloorNear = 20.0f;       // z towards the viewer
 constexpr float kFloorFar = -110.0f;
 constexpr int kFronds = 9;     // of a palm
 constexpr int kLeaflets = 13;  // on either side of a frond
+constexpr int kTrianglesWithoutPalms = 1781;
 
 // A tube through points with a radius at each; open at its ends, smooth.
 void addTube(Mesh& mesh, const std::vector<glm::vec3>& points, const std::vector<float>& radii, int segments,
@@ -72,12 +73,17 @@ void addFrond(Mesh& leaves, Mesh& wood, const glm::vec3& crown, float turn, floa
     }
 }
 
+struct PalmMesh {
+    Mesh wood, leaves;
+    std::size_t triangles() const { return (wood.indices.size() + leaves.indices.size()) / 3; }
+};
+
 struct PalmShape {
     Ref<Geometry> trunk;
     Ref<Geometry> leaves;
 };
 
-PalmShape makePalm(SceneKit& kit, int variant, Ref<Material> bark, Ref<Material> leaf) {
+PalmMesh palmMesh(int variant) {
     ProceduralRandom random(5100 + static_cast<std::uint64_t>(variant));
     const float height = random.between(5.2f, 7.4f);
     const float lean = random.between(0.5f, 1.5f);
@@ -96,8 +102,7 @@ PalmShape makePalm(SceneKit& kit, int variant, Ref<Material> bark, Ref<Material>
         addFrond(leaves, wood, points.back(), turn, i % 3 == 0 ? 0.85f : random.between(0.1f, 0.5f),
                  random.between(2.3f, 3.1f), random);
     }
-    const std::string name = fmt::format("palm {}", variant);
-    return {kit.geometry(name + " wood", wood, bark), kit.geometry(name + " leaves", leaves, leaf)};
+    return {std::move(wood), std::move(leaves)};
 }
 
 Ref<Geometry> makeAeroplane(SceneKit& kit) {
@@ -155,7 +160,7 @@ Ref<Geometry> makeDinosaur(SceneKit& kit) {
 
 }  // namespace
 
-Ref<LoadedScene> buildPalms(Aspect& aspect, int palms) {
+Ref<LoadedScene> buildPalms(Aspect& aspect, int palms, int triangles) {
     SceneKit kit(aspect, "palms", kSunTravel, glm::vec3(3.2f, 3.05f, 2.75f), glm::vec3(0.26f, 0.3f, 0.36f));
 
     // Seen from below as well: shadows fall through to the other side.
@@ -177,10 +182,13 @@ Ref<LoadedScene> buildPalms(Aspect& aspect, int palms) {
 
     const Ref<Material> bark = kit.material("bark", {.roughness = 0.9f, .doubleSided = true});
     const Ref<Material> leaf = kit.material("leaf", {.roughness = 0.7f, .doubleSided = true});
+    const std::array<PalmMesh, 3> meshes = {palmMesh(0), palmMesh(1), palmMesh(2)};
+    const auto shapeOf = [&](const std::string& name, const PalmMesh& mesh) {
+        return PalmShape{kit.geometry(name + " wood", mesh.wood, bark), kit.geometry(name + " leaves", mesh.leaves, leaf)};
+    };
     std::array<PalmShape, 3> shapes;
-    for (int i = 0; i < 3; ++i) shapes[static_cast<std::size_t>(i)] = makePalm(kit, i, bark, leaf);
-    const auto plant = [&](int index, double x, double z, float turn, float size) {
-        const PalmShape& shape = shapes[static_cast<std::size_t>(index % 3)];
+    for (std::size_t i = 0; i < 3; ++i) shapes[i] = shapeOf(fmt::format("palm {}", i), meshes[i]);
+    const auto plant = [&](int index, double x, double z, float turn, float size, const PalmShape& shape) {
         const Ref<Node> palm =
             kit.place(kit.world(), fmt::format("palm {}", index), {x, 0.0, z}, size * turned(turn, {0, 1, 0}));
         kit.node(palm, "trunk", Ref<Container>(shape.trunk.id));
@@ -192,16 +200,29 @@ Ref<LoadedScene> buildPalms(Aspect& aspect, int palms) {
         glm::dvec2(-11.0, -24.0), glm::dvec2(1.5, -27.0),  glm::dvec2(11.0, -31.0),
         glm::dvec2(-19.0, -70.0), glm::dvec2(-1.0, -76.0), glm::dvec2(17.0, -82.0)};
     ProceduralRandom random(69);
-    for (int i = 0; i < palms; ++i) {
+    std::size_t left = triangles > kTrianglesWithoutPalms ? static_cast<std::size_t>(triangles - kTrianglesWithoutPalms) : 0;
+    for (int i = 0; triangles > 0 ? left > 0 : i < palms; ++i) {
         const float turn = random.between(0.0f, 6.2831853f);
         const float size = random.between(0.85f, 1.15f);
         const auto at = static_cast<std::size_t>(i);
         const double x = random.between(-0.9f * kFloorHalfWidth, 0.9f * kFloorHalfWidth);
         const double z = random.between(kFloorFar + 8.0f, -36.0f);
+        PalmShape shape = shapes[at % 3];
+        if (triangles > 0 && left < meshes[at % 3].triangles()) {
+            // The last one has as many leaflets as are left, then as much of its wood.
+            PalmMesh rest = meshes[at % 3];
+            const std::size_t leaves = std::min(3 * left, rest.leaves.indices.size());
+            rest.leaves.indices.resize(leaves);
+            rest.wood.indices.resize(3 * left - leaves);
+            shape = shapeOf("last palm", rest);
+            left = 0;
+        } else if (triangles > 0) {
+            left -= meshes[at % 3].triangles();
+        }
         if (at < kPlaces.size())
-            plant(i, kPlaces[at].x, kPlaces[at].y, turn, size);
+            plant(i, kPlaces[at].x, kPlaces[at].y, turn, size, shape);
         else
-            plant(i, x, z, turn, size);
+            plant(i, x, z, turn, size, shape);
     }
     kit.placeShape(kit.world(), "aeroplane", makeAeroplane(kit), {-1.8, 4.4, 2.5},
                    turned(0.5f, {0, 1, 0}) * turned(-0.12f, {1, 0, 0}));

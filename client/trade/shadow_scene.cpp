@@ -91,12 +91,18 @@ TruthLight describe(const Aspect& scene, const LightInEffect& effect) {
     light.directionWorld = effect.directionWorld;
     const Container* core = scene.find(effect.core.id);
     light.name = core->name->empty() ? std::to_string(effect.core.id.value) : core->name.get();
-    if (const auto* point = scene.findAs<PointLight>(effect.core.id)) {
-        light.range = point->range;
-        light.radius = point->radius;
+    const auto local = [&](const auto& of) {
+        light.range = of.range;
+        light.radius = of.radius;
+    };
+    if (const auto* sun = scene.findAs<DirectionalLight>(effect.core.id)) {
+        light.radius = sun->angularRadius;
+    } else if (const auto* point = scene.findAs<PointLight>(effect.core.id)) {
+        local(*point);
+    } else if (const auto* luminaire = scene.findAs<GoniometricLight>(effect.core.id)) {
+        local(*luminaire);
     } else if (const auto* spot = scene.findAs<SpotLight>(effect.core.id)) {
-        light.range = spot->range;
-        light.radius = spot->radius;
+        local(*spot);
         light.cosOuter = std::cos(static_cast<double>(spot->outerAngle.get()));
     }
     return light;

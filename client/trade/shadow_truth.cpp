@@ -6,6 +6,8 @@
 #include <numbers>
 #include <thread>
 
+#include "client/trade/map_texels.h"
+
 namespace umbriel {
 namespace {
 
@@ -46,23 +48,13 @@ glm::dvec2 onDisc(double x, double y) {
     return {radius * std::cos(angle), radius * std::sin(angle)};
 }
 
-struct Axes {
-    glm::dvec3 u, v;
-};
-Axes across(const glm::dvec3& direction) {
-    const glm::dvec3 d = glm::normalize(direction);
-    const glm::dvec3 helper = std::abs(d.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
-    const glm::dvec3 u = glm::normalize(glm::cross(d, helper));
-    return {u, glm::cross(d, u)};
-}
-
 // To the light's middle; for a directional light a unit vector without an end.
 Ray toMiddle(const TruthLight& light, const glm::dvec3& point) {
     if (light.kind == LightKind::Directional) return {-light.directionWorld};
     return {light.positionWorld - point, 1.0};
 }
 
-Ray toSample(const TruthLight& light, const Ray& middle, const Axes& axes, const glm::dvec2& disc) {
+Ray toSample(const TruthLight& light, const Ray& middle, const AxesAcross& axes, const glm::dvec2& disc) {
     const glm::dvec2 at = disc * (light.kind == LightKind::Directional ? std::tan(light.radius) : light.radius);
     return {middle.direction + axes.u * at.x + axes.v * at.y, middle.farDistance};
 }
@@ -114,7 +106,7 @@ std::vector<float> shadowTruth(const ShadowScene& scene, const SurfacePoints& po
                 continue;
             }
             if (!(glm::length(middle.direction) > 0.0)) continue;
-            const Axes axes = across(middle.direction);
+            const AxesAcross axes = axesAcross(middle.direction);
             for (std::size_t k = 0; k < strata.size(); ++k) {
                 const double u = (strata[k].x + hashed(i, 2 * k)) / side,
                              v = (strata[k].y + hashed(i, 2 * k + 1)) / side;
@@ -167,13 +159,13 @@ std::vector<std::uint8_t> pixelsOf(const SurfacePoints& points, const std::vecto
 }
 
 BeyondTexel beyondTexel(const ShadowScene& scene, const SurfacePoints& points, std::size_t lightIndex,
-                        const ShadowFit& fit, const std::vector<float>& truth, const std::vector<float>& result,
-                        const std::vector<std::uint8_t>& judged, double texels, int threads) {
+                        std::span<const ShadowFit> fits, const std::vector<float>& truth,
+                        const std::vector<float>& result, const std::vector<std::uint8_t>& judged, double texels,
+                        int threads) {
     constexpr int kDirections = 16;
+    const int rings = std::max(2, static_cast<int>(std::ceil(2.0 * texels)));  // half a texel apart
     const TruthLight& light = scene.lights()[lightIndex];
     std::atomic<std::uint64_t> leaks = 0, acne = 0;
-    // The map's clip coordinates relative to the eye, so that nothing far away has to cancel.
-    const glm::dmat4 clipFromRelative = fit.clipFromWorld * glm::translate(glm::dmat4(1.0), points.eyeWorld);
     forEachRow(points.height, threads, [&](int y) {
         for (int x = 0; x < points.width; ++x) {
             const std::size_t i =
@@ -181,21 +173,14 @@ BeyondTexel beyondTexel(const ShadowScene& scene, const SurfacePoints& points, s
             if (!judged[i] || (truth[i] < 0.5f) == (result[i] < 0.5f)) continue;
             const std::uint32_t own = scene.triangleOf(points.nodes[i], points.primitives[i]);
             const glm::dvec3 origin = originOf(scene, points, i, own);
-            const Axes plane = across(glm::dvec3(points.normals[i]));
-            // How the place on the map changes along the receiver's plane.
-            const glm::dvec4 clip = clipFromRelative * glm::dvec4(origin - points.eyeWorld, 1.0);
-            const auto derivative = [&](const glm::dvec3& along) {
-                const glm::dvec4 d = clipFromRelative * glm::dvec4(along, 0.0);
-                return glm::dvec2(d.x * clip.w - clip.x * d.w, d.y * clip.w - clip.y * d.w) / (clip.w * clip.w);
-            };
-            const glm::dmat2 mapFromPlane(derivative(plane.u), derivative(plane.v));
+            const AxesAcross plane = axesAcross(glm::dvec3(points.normals[i]));
+            const auto texel = surfaceFromTexels(fits, points.eyeWorld, origin - points.eyeWorld, plane);
             const bool truthDark = truth[i] < 0.5f;
-            bool edge = std::abs(glm::determinant(mapFromPlane)) == 0.0 || !(clip.w > 0.0);
-            const glm::dmat2 planeFromMap = edge ? glm::dmat2(1.0) : glm::inverse(mapFromPlane);
-            for (int k = 0; k < 2 * kDirections && !edge; ++k) {
+            bool edge = false;  // and none is excused where there is no map at all
+            for (int k = 0; texel && k < rings * kDirections && !edge; ++k) {
                 const double angle = 2.0 * std::numbers::pi * k / kDirections;
-                const double reach = (k < kDirections ? 1.0 : 0.5) * texels * 2.0 / fit.mapSize;
-                const glm::dvec2 moved = planeFromMap * (reach * glm::dvec2(std::cos(angle), std::sin(angle)));
+                const double reach = texels * (1 + k / kDirections) / rings;
+                const glm::dvec2 moved = *texel * (reach * glm::dvec2(std::cos(angle), std::sin(angle)));
                 const glm::dvec3 from = origin + plane.u * moved.x + plane.v * moved.y;
                 edge = scene.rays().blocked(from, own, toMiddle(light, from)) != truthDark;
             }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "client/trade/shadow_scene.h"
@@ -36,14 +37,15 @@ std::vector<std::uint8_t> judgedPixels(const ShadowScene& scene, const SurfacePo
 std::vector<std::uint8_t> pixelsOf(const SurfacePoints& points, const std::vector<std::uint32_t>& nodes);
 
 // Of the pixels where result and truth are on different sides of 1/2, those where no edge of the true shadow passes
-// within `texels` texels of this map on the receiver's plane: acne and leaks that no map of this size excuses. Probed
-// by 32 rays each.
+// within `texels` texels of the map on the receiver's plane: acne and leaks that no map of this size excuses. `fits`:
+// of this light, more than one around it. Probed by 32 rays each, or more where texels reach far.
 struct BeyondTexel {
     std::uint64_t leaks = 0;
     std::uint64_t acne = 0;
 };
-BeyondTexel beyondTexel(const ShadowScene& scene, const SurfacePoints& points, std::size_t light, const ShadowFit& fit,
-                        const std::vector<float>& truth, const std::vector<float>& result,
-                        const std::vector<std::uint8_t>& judged, double texels = 1.0, int threads = 0);
+BeyondTexel beyondTexel(const ShadowScene& scene, const SurfacePoints& points, std::size_t light,
+                        std::span<const ShadowFit> fits, const std::vector<float>& truth,
+                        const std::vector<float>& result, const std::vector<std::uint8_t>& judged, double texels = 1.0,
+                        int threads = 0);
 
 }  // namespace umbriel

@@ -94,11 +94,16 @@ std::vector<std::uint8_t> depthZones(const SurfacePoints& points, const std::vec
         farthest = std::max(farthest, points.depths[i]);
     }
     std::vector<std::uint8_t> zones(points.size(), 255);
-    const float third = (farthest - nearest) / 3.0f;
+    // Perspective makes things smaller by the ratio of depths.
+    const bool byRatio = !points.isOrthographic && nearest > 0.0f;
+    const auto scaled = [&](float depth) {
+        return byRatio ? std::log(static_cast<double>(depth)) : static_cast<double>(depth);
+    };
+    const double from = scaled(nearest), third = (scaled(farthest) - from) / 3.0;
     for (std::size_t i = 0; i < points.size(); ++i)
         if (marked[i])
             zones[i] = static_cast<std::uint8_t>(
-                third > 0.0f ? std::min(2, static_cast<int>((points.depths[i] - nearest) / third)) : 0);
+                third > 0.0 ? std::clamp(static_cast<int>((scaled(points.depths[i]) - from) / third), 0, 2) : 0);
     return zones;
 }
 

@@ -180,19 +180,19 @@ std::string frontSvg(const TradeResult& result) {
     return svg + "</svg>\n";
 }
 
-}  // namespace
+std::string expectationTable(std::span<const Expectation> expected) {
+    if (expected.empty()) return {};
+    std::string html = "<h2>Expected</h2>\n<table><tr><th>expected</th><th></th><th>figures</th><th>why</th></tr>\n";
+    for (const Expectation& one : expected)
+        html += fmt::format(
+            "<tr class=\"{}\"><td>{}</td><td>{}</td><td>{}</td><td class=\"why\">{}</td></tr>\n",
+            one.state == Expectation::State::NotMet ? "unmet" : "", escaped(one.text), nameOf(one.state),
+            escaped(one.figures), escaped(one.why));
+    return html + "</table>\n";
+}
 
-Result<std::string> tradeHtml(const TradeResult& result) {
-    std::string html = fmt::format(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Umbriel trade: {0}</title>\n<style>\n"
-        "body{{font:14px/1.4 sans-serif;margin:24px;max-width:1200px;color:#222}}\n"
-        "table{{border-collapse:collapse}}td,th{{padding:3px 9px;text-align:right;border-bottom:1px solid #ddd}}\n"
-        "td:first-child,th:first-child{{text-align:left}}tr.front{{background:#f0f5fa}}tr.chosen{{background:#ffe9b8}}"
-        "\n"
-        "figure{{display:inline-block;margin:0 8px 8px "
-        "0}}figcaption{{font-size:12px;color:#555}}img{{image-rendering:pixelated}}\n"
-        "h3{{margin:20px 0 4px}}\n</style></head><body>\n<h1>Speed against accuracy: {0}</h1>\n",
-        escaped(result.scene));
+Result<std::string> section(const TradeResult& result) {
+    std::string html = fmt::format("<h1>Speed against accuracy: {}</h1>\n", escaped(result.scene));
     html += fmt::format("<p>{}x{} pixels, {:.1f} % of the covered ones judged. Truth: {}.<br>Umbriel {}, {}.</p>\n",
                         result.width, result.height, 100.0 * result.judgedShare, escaped(result.truth),
                         escaped(result.version), escaped(result.machine));
@@ -233,8 +233,9 @@ Result<std::string> tradeHtml(const TradeResult& result) {
         "lit.</p>\n";
     const int width = result.truthFactors.width(), height = result.truthFactors.height();
     const auto at = [&](const FloatImage& image, int x, int y) { return static_cast<double>(image.at(x, y, 0)); };
+    const std::vector<std::uint8_t>* mask = &result.judged;
     const auto judged = [&](int x, int y) {
-        return result.judged[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+        return (*mask)[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
                              static_cast<std::size_t>(x)] != 0;
     };
     const auto shown = [&](const FloatImage& image) {
@@ -246,13 +247,14 @@ Result<std::string> tradeHtml(const TradeResult& result) {
             },
             false);
     };
-    if (width == 0 || height == 0) return html + "</body></html>\n";
-    auto truth = shown(result.truthFactors);
-    if (!truth) return truth.error();
+    if (width == 0 || height == 0) return html;
     for (const TradeRow& row : result.rows) {
         if (row.factors.width() != width || row.factors.height() != height) continue;
+        mask = row.judged.empty() ? &result.judged : &row.judged;
         auto drawn = shown(row.factors);
         if (!drawn) return drawn.error();
+        auto truth = shown(result.truthFactors);
+        if (!truth) return truth.error();
         auto difference = picture(
             width, height,
             [&](int x, int y) {
@@ -267,6 +269,28 @@ Result<std::string> tradeHtml(const TradeResult& result) {
             "<h3>{}</h3>\n<figure>{}<figcaption>result</figcaption></figure><figure>{}<figcaption>truth</figcaption>"
             "</figure><figure>{}<figcaption>difference: {:.3f} %</figcaption></figure>\n",
             escaped(labelOf(row.setting)), *drawn, *truth, *difference, 100 * row.errors.error.error());
+    }
+    return html;
+}
+
+}  // namespace
+
+Result<std::string> tradeHtml(std::span<const TradeResult> results, std::span<const Expectation> expected) {
+    std::string html = fmt::format(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Umbriel trade: {0}</title>\n<style>\n"
+        "body{{font:14px/1.4 sans-serif;margin:24px;max-width:1200px;color:#222}}\n"
+        "table{{border-collapse:collapse}}td,th{{padding:3px 9px;text-align:right;border-bottom:1px solid #ddd}}\n"
+        "td:first-child,th:first-child,td.why{{text-align:left}}tr.front{{background:#f0f5fa}}"
+        "tr.chosen{{background:#ffe9b8}}tr.unmet{{background:#fbe9e7}}\n"
+        "figure{{display:inline-block;margin:0 8px 8px "
+        "0}}figcaption{{font-size:12px;color:#555}}img{{image-rendering:pixelated}}\n"
+        "h3{{margin:20px 0 4px}}\n</style></head><body>\n",
+        results.empty() ? std::string() : escaped(results.front().scene));
+    html += expectationTable(expected);
+    for (const TradeResult& result : results) {
+        auto one = section(result);
+        if (!one) return one.error();
+        html += *one;
     }
     return html + "</body></html>\n";
 }

@@ -24,8 +24,8 @@ Json rowJson(const TradeRow& row) {
     const TradeErrors& e = row.errors;
     Json json = {{"technique", row.setting.technique},
                  {"map_size", row.setting.mapSize},
-                 {"filter", maybe(row.setting.filter)},
-                 {"samples", maybe(row.setting.samples)},
+                 {"filter", maybe(row.setting.filter ? row.setting.filter : row.filterWidth)},
+                 {"samples", maybe(row.setting.samples ? row.setting.samples : row.filterSamples)},
                  {"error", e.error.error()},
                  {"leak", e.error.leak},
                  {"acne", e.error.acne},
@@ -50,6 +50,13 @@ Json rowJson(const TradeRow& row) {
                  {"edge_near_px", maybe(e.zoneEdges[0])},
                  {"edge_middle_px", maybe(e.zoneEdges[1])},
                  {"edge_far_px", maybe(e.zoneEdges[2])},
+                 {"texel_near_px", maybe(e.zoneTexels[0])},
+                 {"texel_middle_px", maybe(e.zoneTexels[1])},
+                 {"texel_far_px", maybe(e.zoneTexels[2])},
+                 {"texel_m", maybe(e.texelMetres)},
+                 {"missing_near", maybe(e.zoneMissing[0])},
+                 {"missing_middle", maybe(e.zoneMissing[1])},
+                 {"missing_far", maybe(e.zoneMissing[2])},
                  {"mach_band", e.machBand},
                  {"delta_e", e.deltaE},
                  {"seam_jump", e.seamJump},
@@ -63,26 +70,47 @@ Json rowJson(const TradeRow& row) {
     return json;
 }
 
-}  // namespace
-
-std::string tradeJson(const TradeResult& result) {
+Json resultJson(const TradeResult& result) {
     Json rows = Json::array();
     for (const TradeRow& row : result.rows) rows.push_back(rowJson(row));
-    const Json json = {{"scene", result.scene},
-                       {"version", result.version},
-                       {"machine", result.machine},
-                       {"size", {result.width, result.height}},
-                       {"judged_share", result.judgedShare},
-                       {"truth", result.truth},
-                       {"rows", rows},
-                       {"notes", result.notes}};
-    return json.dump(2) + "\n";
+    return {{"scene", result.scene},
+            {"version", result.version},
+            {"machine", result.machine},
+            {"size", {result.width, result.height}},
+            {"judged_share", result.judgedShare},
+            {"truth", result.truth},
+            {"rows", rows},
+            {"notes", result.notes}};
 }
 
-std::string tradeCsv(const TradeResult& result) {
+}  // namespace
+
+const char* nameOf(Expectation::State state) {
+    return state == Expectation::State::Met ? "met" : state == Expectation::State::NotMet ? "NOT MET" : "open";
+}
+
+std::string tradeJson(const TradeResult& result) {
+    return resultJson(result).dump(2) + "\n";
+}
+
+std::string tradeJson(const std::string& preset, std::span<const TradeResult> results,
+                      std::span<const Expectation> expected) {
+    Json runs = Json::array(), claims = Json::array();
+    for (const TradeResult& result : results) runs.push_back(resultJson(result));
+    for (const Expectation& one : expected)
+        claims.push_back(
+            {{"text", one.text}, {"state", nameOf(one.state)}, {"figures", one.figures}, {"why", one.why}});
+    return Json{{"preset", preset}, {"runs", runs}, {"expected", claims}}.dump(2) + "\n";
+}
+
+std::string tradeCsv(std::span<const TradeResult> results) {
     std::string text;
-    for (const TradeRow& row : result.rows) {
-        const Json json = rowJson(row);
+    std::vector<std::pair<const TradeResult*, const TradeRow*>> rows;
+    for (const TradeResult& result : results)
+        for (const TradeRow& row : result.rows) rows.emplace_back(&result, &row);
+    for (const auto& [result, row] : rows) {
+        Json json = rowJson(*row);
+        json["scene"] = result->scene;
         if (text.empty()) {
             for (const auto& [name, value] : json.items()) text += (text.empty() ? "" : ",") + name;
             text += '\n';
@@ -127,6 +155,43 @@ void printTrade(const TradeResult& result, std::ostream& out) {
                            e.rmse, row.cost.wallMilliseconds, row.cost.cpuMilliseconds, row.cost.mapBytes / 1024);
     }
     for (const std::string& note : result.notes) out << "  " << note << '\n';
+}
+
+void printZones(const TradeResult& result, std::ostream& out) {
+    out << fmt::format("  {:<28} {:>8} {:>8} {:>8} {:>23} {:>10} {:>10} {:>8}\n", "setting", "near %", "middle %",
+                       "far %", "texel px, near mid far", "leak>1tx %", "acne>1tx %", "x cost");
+    const auto shown = [](const std::optional<double>& value, double scale, int digits) {
+        return value ? fmt::format("{:.{}f}", scale * *value, digits) : std::string("-");
+    };
+    for (const TradeRow& row : result.rows) {
+        const TradeErrors& e = row.errors;
+        out << fmt::format("  {:<28} {:>8.3f} {:>8.3f} {:>8.3f} {:>9} {:>6} {:>6} {:>10} {:>10} {:>8.3f}\n",
+                           labelOf(row.setting), 100 * e.zoneErrors[0], 100 * e.zoneErrors[1], 100 * e.zoneErrors[2],
+                           shown(e.zoneTexels[0], 1, 2), shown(e.zoneTexels[1], 1, 2), shown(e.zoneTexels[2], 1, 2),
+                           shown(e.leakBeyondTexel, 100, 4), shown(e.acneBeyondTexel, 100, 4), row.cost.cpuRatio);
+    }
+}
+
+void printCosts(const TradeResult& result, std::ostream& out) {
+    out << fmt::format("{}, {}x{}\n  {:<34} {:>9} {:>9} {:>8} {:>10} {:>7}\n", result.scene, result.width,
+                       result.height, "setting", "wall ms", "cpu ms", "x first", "map KiB", "frames");
+    for (const TradeRow& row : result.rows)
+        out << fmt::format("  {:<34} {:>9.1f} {:>9.1f} {:>8.3f} {:>10} {:>7}\n", labelOf(row.setting),
+                           row.cost.wallMilliseconds, row.cost.cpuMilliseconds, row.cost.cpuRatio,
+                           row.cost.mapBytes / 1024, row.cost.frames);
+    for (const std::string& note : result.notes) out << "  " << note << '\n';
+}
+
+void printExpectations(std::span<const Expectation> expected, std::ostream& out) {
+    out << "expected:\n";
+    int met = 0, open = 0;
+    for (const Expectation& one : expected) {
+        met += one.state == Expectation::State::Met ? 1 : 0;
+        open += one.state == Expectation::State::Open ? 1 : 0;
+        out << fmt::format("  {:<8} {}: {}\n", nameOf(one.state), one.text, one.figures);
+        if (!one.why.empty()) out << fmt::format("           ({})\n", one.why);
+    }
+    out << fmt::format("{} of {} met, {} open\n", met, expected.size(), open);
 }
 
 }  // namespace umbriel

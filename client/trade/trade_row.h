@@ -37,15 +37,20 @@ struct TradeCost {
 struct TradeErrors {
     ShadowError error;
     ShadowEdges edges;
-    // Leaks and acne that no texel of this map excuses, as shares of the judged pixels; none where the map's geometry
-    // is not known (cube, paraboloid, no map).
+    // Leaks and acne that no texel of this map excuses (of a PCF filter: no texel of its width), as shares of the judged
+    // pixels; none where there is no map, or truth is soft.
     std::optional<double> leakBeyondTexel;
     std::optional<double> acneBeyondTexel;
     double machBand = 0.0;                             // mean response
     double deltaE = 0.0;                               // mean
     double seamJump = 0.0;                             // share of pairs across tile borders
     std::array<double, 3> zoneErrors{};                // near, middle, far
-    std::array<std::optional<double>, 3> zoneEdges{};  // median displacement, pixels; none without an edge
+    std::array<std::optional<double>, 3> zoneEdges{};  // mean displacement, pixels; none without an edge
+    // Of dark pixels of each zone the share that is lit: 1 where shadows vanish.
+    std::array<std::optional<double>, 3> zoneMissing{};
+    // The side of a texel on the picture, pixels: the median of each zone's judged pixels; none without a map.
+    std::array<std::optional<double>, 3> zoneTexels{};
+    std::optional<double> texelMetres;  // seen along the light, the median of all judged pixels
     std::optional<double> flicker;  // mean change of the same surface points from frame to frame, less the truth's
     std::optional<double>
         eyeMismatch;  // share of surface points that the eyes see on different sides, less the truth's
@@ -55,7 +60,12 @@ struct TradeRow {
     TradeSetting setting;
     TradeErrors errors;
     TradeCost cost;
-    FloatImage factors;  // of the first light, one channel; for thumbnails
+    // What it was drawn with, where the technique has it, whether the setting says so or not.
+    std::optional<double> filterWidth;  // texels
+    std::optional<int> filterSamples;   // along each side of the filter
+    FloatImage factors;                 // of the first light, one channel; for thumbnails
+    // Where the first light is judged: planar modes on their plane alone. Empty: as the result says.
+    std::vector<std::uint8_t> judged;
     bool onFront = false;
     bool chosen = false;
 };

@@ -135,6 +135,7 @@ TEST_P(Demos, AreTheSameEveryTime) {
 
 INSTANTIATE_TEST_SUITE_P(All, Demos,
                          testing::Values("demo:car", "demo:city?n=300", "demo:cloth", "demo:palms", "demo:palms?n=40",
+                                         "demo:palms?triangles=2602",
                                          "demo:spheres?n=10",
                                          "demo:spheres?n=1"));
 
@@ -159,6 +160,20 @@ TEST_F(DemoFigures, CityHasSharedGeometriesAndTheTrianglesItPromises) {
     std::printf("city: %zu triangles drawn, %zu stored, %zu drawn nodes, %zu geometries, %zu containers\n",
                 counts.drawnTriangles, counts.storedTriangles, counts.drawnNodes, counts.uses.size(),
                 aspect.containerCount());
+}
+
+TEST_F(DemoFigures, PalmsHaveAsManyTrianglesAsAreAskedFor) {
+    for (const int wanted : {2000, 2602, 3027, 10000}) {
+        IdSource ids;
+        Aspect aspect(_types, ids);
+        const auto loaded = buildDemo("demo:palms?triangles=" + std::to_string(wanted), aspect);
+        ASSERT_TRUE(loaded);
+        EXPECT_EQ(count(aspect, aspect.get(*loaded).root).drawnTriangles, static_cast<std::size_t>(wanted));
+    }
+    IdSource ids;
+    Aspect aspect(_types, ids);
+    EXPECT_FALSE(buildDemo("demo:palms?triangles=100", aspect));
+    EXPECT_FALSE(buildDemo("demo:city?triangles=2602", aspect));
 }
 
 TEST_F(DemoFigures, CarHasOneWheelGeometryOnFourNodes) {

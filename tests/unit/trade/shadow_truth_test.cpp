@@ -319,7 +319,7 @@ TEST_F(Truth, ASquareMovedByLessThanATexelIsAnEdgeAndByMoreIsALeak) {
         for (int y = 0; y < kSide; ++y)
             for (int x = 0; x + pixels < kSide; ++x)
                 result[static_cast<std::size_t>(y * kSide + x + pixels)] = at(truth, x, y);
-        const BeyondTexel beyond = beyondTexel(*scene, points, 0, fit, truth, result, judged);
+        const BeyondTexel beyond = beyondTexel(*scene, points, 0, {&fit, 1}, truth, result, judged);
         // Each side: the pixels from 0.5 to 0.75 m away, 2 columns of 16 rows.
         EXPECT_EQ(beyond.leaks > 0, pixels == 6);
         EXPECT_EQ(beyond.acne > 0, pixels == 6);

@@ -52,7 +52,7 @@ TEST(TradeReport, JsonHasTheRowsOfTheContract) {
 }
 
 TEST(TradeReport, CsvHasAsManyFieldsInEveryLine) {
-    std::istringstream lines(tradeCsv(example()));
+    std::istringstream lines(tradeCsv(std::vector{example()}));
     std::string line;
     std::vector<std::size_t> fields;
     while (std::getline(lines, line)) {
@@ -69,7 +69,7 @@ TEST(TradeReport, CsvHasAsManyFieldsInEveryLine) {
 }
 
 TEST(TradeReport, ThePageIsWholeAndNeedsNothingElse) {
-    const auto html = tradeHtml(example());
+    const auto html = tradeHtml(std::vector{example()});
     ASSERT_TRUE(html);
     EXPECT_NE(html->find("a &lt;scene&gt; &amp; &quot;more&quot;"), std::string::npos);
     EXPECT_EQ(html->find("<scene>"), std::string::npos);
@@ -84,8 +84,8 @@ TEST(TradeReport, ThePageIsWholeAndNeedsNothingElse) {
 
 TEST(TradeReport, WithoutRowsThereIsStillAPage) {
     TradeResult result;
-    EXPECT_TRUE(tradeHtml(result));
-    EXPECT_EQ(tradeCsv(result), "");
+    EXPECT_TRUE(tradeHtml({&result, 1}));
+    EXPECT_EQ(tradeCsv({&result, 1}), "");
 }
 
 class StoredTradeFile : public testing::Test {
