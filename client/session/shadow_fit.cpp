@@ -57,6 +57,14 @@ std::optional<ShadowFit> placeInView(const LightInEffect& light, const ShadowFit
     return fit;
 }
 
+// Whether a light has anything to say to a plane of its own shadows.
+bool isBefore(const glm::dvec4& planeWorld, const LightInEffect& light) {
+    const glm::dvec3 normal(planeWorld);
+    if (light.kind == LightKind::Directional) return glm::dot(normal, light.directionWorld) < -1e-12;
+    const double offset = glm::dot(normal, light.positionWorld) + planeWorld.w;
+    return offset > 1e-12 * (glm::length(light.positionWorld) + std::abs(planeWorld.w));
+}
+
 bool isFiltered(ShadowMode mode) {
     return mode == ShadowMode::PercentageCloser || mode == ShadowMode::PercentageCloserSoft;
 }
@@ -197,6 +205,16 @@ ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& li
         const auto add = [&](std::optional<ShadowFit> fit) {
             if (fit) fits.push_back(*fit);
         };
+        if (!light.hasDirection && light.kind != LightKind::Point)
+            result.messages.push_back(
+                fmt::format("light {}: its beacon has no direction (a scale of 0, or not finite); it shines along -z",
+                            nameOf(aspect, light)));
+        if (isPlanar(request.mode) && request.planeWorld != glm::dvec4(0.0) && light.kind != LightKind::Ambient &&
+            !isBefore(request.planeWorld, light))
+            result.messages.push_back(
+                fmt::format("light {} lies on the plane of the planar shadows, or behind it, and "
+                            "casts none there; move one of them or choose another mode",
+                            nameOf(aspect, light)));
         if (isInView(request.mode)) {
             add(placeInView(light, request));
         } else if (light.kind == LightKind::Directional) {
@@ -219,11 +237,14 @@ ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& li
                                                       nameOf(aspect, light), glm::degrees(2.0 * outer)));
                 continue;
             }
-            if (2.0 * outer > kMaxShadowFov)
-                result.messages.push_back(fmt::format("spot light {}: its shadow map covers {:.0f} of {:.0f} degrees",
-                                                      nameOf(aspect, light), glm::degrees(kMaxShadowFov),
-                                                      glm::degrees(2.0 * outer)));
-            add(fitSpot(light.positionWorld, light.directionWorld, outer, spot->range, sceneBounds, views, own));
+            if (2.0 * outer > kMaxShadowFov) {
+                result.messages.push_back(
+                    fmt::format("spot light {}: no single map sees {:.0f} degrees, it gets a cube",
+                                nameOf(aspect, light), glm::degrees(2.0 * outer)));
+                fits = fitCube(light.positionWorld, spot->range, sceneBounds, own);
+            } else {
+                add(fitSpot(light.positionWorld, light.directionWorld, outer, spot->range, sceneBounds, views, own));
+            }
         } else if (light.kind == LightKind::Point || light.kind == LightKind::Goniometric) {
             const PointLight* point = aspect.findAs<PointLight>(light.core);
             const double range = point ? point->range.get() : aspect.findAs<GoniometricLight>(light.core)->range.get();

@@ -39,8 +39,7 @@ inline constexpr float kConstantBias = 0.1f;
 // inside it has six.
 inline constexpr double kWidestSingle = 1.0471975511965976;  // 60 degrees
 
-// Spot cones wider than this are clamped with a message: tan(87.5 degrees) is 23, beyond it texels are wasted on the
-// rim.
+// Spot cones wider than this get a cube, with a message: tan(87.5 degrees) is 23, beyond it texels are wasted on the rim.
 inline constexpr double kMaxShadowFov = 3.0543261909900767;  // 175 degrees
 
 struct ShadowFitRequest {

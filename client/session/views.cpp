@@ -10,6 +10,7 @@
 #include "client/session/camera.h"
 #include "client/session/shadow_fit.h"
 #include "client/session/shadow_plane.h"
+#include "common/scene/deformation.h"
 #include "common/wall/grid.h"
 
 namespace umbriel {
@@ -52,6 +53,26 @@ bool sameShadows(const Viewport& a, const Viewport& b) {
     return a.root.get() == b.root.get() && a.mapSize.get() == b.mapSize.get() &&
            requestOf(a, a.mapSize, messages) == requestOf(b, b.mapSize, messages) &&
            sorted(a.lightNodes.toVector()) == sorted(b.lightNodes.toVector());
+}
+
+// Whose volumes are made of both sides of every triangle. Nothing when all that casts is closed.
+std::vector<std::string> openCasters(const Aspect& aspect, const Viewport& viewport, GeometryBounds& bounds) {
+    const std::vector<Ref<Node>> excluded = viewport.excludeNodes.toVector();
+    std::size_t open = 0;
+    std::string first;
+    traverse(aspect, viewport.root, std::nullopt, [&](const VisitedNode& visited) {
+        if (std::find(excluded.begin(), excluded.end(), visited.ref) != excluded.end()) return Descend::No;
+        const Geometry* geometry = nullptr;
+        if (visited.core && isA<Geometry>(*visited.core)) geometry = static_cast<const Geometry*>(visited.core);
+        if (visited.core && isA<DeformedGeometry>(*visited.core))
+            geometry = aspect.find(static_cast<const DeformedGeometry*>(visited.core)->geometry.get());
+        if (!geometry || bounds.isClosed(*geometry)) return Descend::Yes;
+        if (open++ == 0) first = geometry->name->empty() ? visited.node.name.get() : geometry->name.get();
+        return Descend::Yes;
+    });
+    if (open == 0) return {};
+    return {fmt::format("shadow volumes: {} of what casts {} no closed surface{}; both sides of its triangles cast",
+                        open, open == 1 ? "is" : "are", first.empty() ? "" : " (the first: \"" + first + "\")")};
 }
 
 void addOnce(std::vector<std::string>& messages, const std::vector<std::string>& more) {
@@ -152,9 +173,12 @@ Result<ResolvedViews> resolveViews(const Aspect& aspect, Ref<Window> windowRef, 
             const auto plane = largestLitPlane(aspect, viewport.root, facts.bounds, lights);
             request.planeWorld = plane.value_or(glm::dvec4(0.0));
             if (!plane && !facts.bounds.empty())
-                messages.push_back("shadows: no flat face of the scene is lit, so planar shadows have no plane to fall "
-                                   "on; name one (planeNormal, planeOffset)");
+                messages.push_back(
+                    "shadows: no flat face of the scene is lit, so planar shadows have no plane to fall "
+                    "on; name one (planeNormal, planeOffset)");
         }
+        if (request.mode == ShadowMode::VolumeZPass || request.mode == ShadowMode::VolumeZFail)
+            addOnce(messages, openCasters(aspect, viewport, geometryBounds));
         addOnce(result.warnings, messages);
         const ShadowFits fits = fitShadows(aspect, lights, facts.bounds, seen, request);
         addOnce(result.warnings, fits.messages);

@@ -5,6 +5,7 @@
 #include <unordered_set>
 
 #include "common/math/rotation.h"
+#include "common/scene/closed_surface.h"
 
 namespace umbriel {
 
@@ -159,11 +160,27 @@ const DeformedBounds& GeometryBounds::deformed(const Geometry& geometry, std::si
     return entry.bounds;
 }
 
+bool GeometryBounds::isClosed(const Geometry& geometry) {
+    ClosedEntry& entry = _closed[geometry.id()];
+    entry.used = true;
+    const MultiStorage& positions = geometry.positions.storage();
+    const MultiStorage& indices = geometry.indices.storage();
+    if (entry.positions && sameChunks(*entry.positions, positions) && sameChunks(*entry.indices, indices))
+        return entry.isClosed;
+    entry.positions = positions;
+    entry.indices = indices;
+    entry.isClosed = isClosedSurface(geometry.positions.toVector(), geometry.indices.toVector());
+    return entry.isClosed;
+}
+
 void GeometryBounds::sweep() {
-    std::erase_if(_entries, [](const auto& entry) { return !entry.second.used; });
-    for (auto& entry : _entries) entry.second.used = false;
-    std::erase_if(_deformed, [](const auto& entry) { return !entry.second.used; });
-    for (auto& entry : _deformed) entry.second.used = false;
+    const auto forget = [](auto& entries) {
+        std::erase_if(entries, [](const auto& entry) { return !entry.second.used; });
+        for (auto& entry : entries) entry.second.used = false;
+    };
+    forget(_entries);
+    forget(_closed);
+    forget(_deformed);
 }
 
 namespace {
@@ -228,7 +245,7 @@ std::vector<LightInEffect> lightsInEffect(const Aspect& aspect, Ref<Node> root, 
             if (!on) return;
             const BeaconFrame frame = beaconFrame(aspect, hierarchy, aspect.find(beacon) ? beacon : visited.ref);
             lights.push_back({visited.ref, Ref<Container>(visited.core->id()), kind, castsShadow, frame.positionWorld,
-                              -frame.worldFromBeacon[2], frame.worldFromBeacon[0]});
+                              -frame.worldFromBeacon[2], frame.worldFromBeacon[0], !frame.isDegenerate});
         };
         if (isA<AmbientLight>(*visited.core)) {
             add(LightKind::Ambient, static_cast<const AmbientLight&>(*visited.core).on, false, {});
@@ -254,7 +271,8 @@ std::vector<LightInEffect> lightsInEffect(const Aspect& aspect, Ref<Node> root, 
 
 BeaconFrame beaconFrame(const Aspect& aspect, const Hierarchy& hierarchy, Ref<Node> beacon) {
     const Affine worldFromBeacon = hierarchy.worldFromNode(aspect, beacon);
-    return {worldFromBeacon.translation, orthonormalised(worldFromBeacon.linear).value_or(glm::dmat3(1.0))};
+    const auto turned = orthonormalised(worldFromBeacon.linear);
+    return {worldFromBeacon.translation, turned.value_or(glm::dmat3(1.0)), !turned};
 }
 
 }  // namespace umbriel

@@ -57,13 +57,15 @@ void traverse(const Aspect& aspect, Ref<Node> root, const std::optional<glm::dve
 // The index of the child that a LevelOfDetail shows; -1 when it has no children.
 std::int32_t chosenLevel(const LevelOfDetail& levels, std::size_t childCount, double distance);
 
-// Bounding boxes of geometries in their own frame, computed when first asked for and kept for as long as the positions
-// are the same chunks of memory. Coordinates that are not finite do not count.
+// Bounding boxes of geometries in their own frame (and whether they are closed), computed when first asked for and kept
+// for as long as the positions are the same chunks of memory. Coordinates that are not finite do not count.
 class GeometryBounds {
  public:
     const Box3d& of(const Aspect& aspect, Ref<Geometry> geometry);
     // What bounds every pose of a deformed geometry with a skin of so many joints (0: none).
     const DeformedBounds& deformed(const Geometry& geometry, std::size_t jointCount);
+    // isClosedSurface(), of the pose at rest; kept likewise.
+    bool isClosed(const Geometry& geometry);
     // Forgets geometries that were not asked for since the last sweep.
     void sweep();
 
@@ -79,7 +81,13 @@ class GeometryBounds {
         DeformedBounds bounds;
         bool used = true;
     };
+    struct ClosedEntry {
+        std::optional<MultiStorage> positions, indices;  // as Entry::positions
+        bool isClosed = false;
+        bool used = true;
+    };
     std::unordered_map<ContainerId, Entry> _entries;
+    std::unordered_map<ContainerId, ClosedEntry> _closed;
     std::unordered_map<ContainerId, DeformedEntry> _deformed;
 };
 
@@ -103,6 +111,7 @@ struct LightInEffect {
     glm::dvec3 positionWorld{0.0};        // of the beacon's origin
     glm::dvec3 directionWorld{0, 0, -1};  // unit; the way the light travels along its axis
     glm::dvec3 axisXWorld{1, 0, 0};       // unit, perpendicular to it: where C = 0 of a photometric table lies
+    bool hasDirection = true;             // false: its beacon has none, directionWorld is the world's -z
 };
 
 // Every light that is on below root, ascending by node. A light whose beacon has no direction left (a zero scale)
@@ -115,6 +124,7 @@ std::vector<LightInEffect> lightsInEffect(const Aspect& aspect, Ref<Node> root, 
 struct BeaconFrame {
     glm::dvec3 positionWorld{0.0};
     glm::dmat3 worldFromBeacon{1.0};
+    bool isDegenerate = false;
 };
 BeaconFrame beaconFrame(const Aspect& aspect, const Hierarchy& hierarchy, Ref<Node> beacon);
 

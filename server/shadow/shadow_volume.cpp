@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
+#include <limits>
+#include <numbers>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -36,6 +39,27 @@ struct HalfEdge {
 int facing(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec4& light) {
     const double side = glm::dot(glm::cross(b - a, c - a), glm::dvec3(light) - light.w * a);
     return side > 0.0 ? 1 : side < 0.0 ? -1 : 0;
+}
+
+// How often a closed mesh goes around a point: the sum of the solid angles of its triangles (van Oosterom & Strackee
+// 1983) over 4 pi. 0 outside.
+double turnsAround(const CasterTopology& topology, std::span<const glm::vec3> positions, const glm::dvec3& point) {
+    glm::dvec3 lower(std::numeric_limits<double>::infinity()), upper = -lower;
+    for (const glm::uvec3& t : topology.triangles)
+        for (int k = 0; k < 3; ++k) {
+            lower = glm::min(lower, glm::dvec3(positions[t[k]]));
+            upper = glm::max(upper, glm::dvec3(positions[t[k]]));
+        }
+    if (glm::any(glm::lessThan(point, lower)) || glm::any(glm::greaterThan(point, upper))) return 0.0;
+    double halves = 0.0;
+    for (const glm::uvec3& t : topology.triangles) {
+        const glm::dvec3 a = glm::dvec3(positions[t.x]) - point, b = glm::dvec3(positions[t.y]) - point,
+                         c = glm::dvec3(positions[t.z]) - point;
+        const double la = glm::length(a), lb = glm::length(b), lc = glm::length(c);
+        halves += std::atan2(glm::dot(a, glm::cross(b, c)),
+                             la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb);
+    }
+    return halves / (2.0 * std::numbers::pi);
 }
 
 }  // namespace
@@ -80,12 +104,16 @@ CasterTopology casterTopology(std::span<const glm::vec3> positions, std::span<co
 ShadowVolume shadowVolume(const CasterTopology& topology, std::span<const glm::vec3> positions,
                           const glm::dvec4& lightObject, bool caps, bool finite) {
     const bool endsInPoint = lightObject.w == 0.0 && !finite;
+    // What faces the light is all that casts of a body, unless the light is inside: then it is what faces away.
+    const bool oneSided = topology.isClosed &&
+                          (lightObject.w == 0.0 ||
+                           std::abs(turnsAround(topology, positions, glm::dvec3(lightObject) / lightObject.w)) < 0.5);
     std::vector<std::int8_t> casts(topology.triangles.size());  // 1: as it is, -1: turned round, 0: not
     ShadowVolume volume;
     for (std::size_t i = 0; i < casts.size(); ++i) {
         const glm::uvec3& t = topology.triangles[i];
         const int side = facing(positions[t.x], positions[t.y], positions[t.z], lightObject);
-        casts[i] = static_cast<std::int8_t>(topology.isClosed ? std::max(side, 0) : side);
+        casts[i] = static_cast<std::int8_t>(oneSided ? std::max(side, 0) : side);
         if (!caps || casts[i] == 0) continue;
         const std::array<std::uint32_t, 3> lit = casts[i] > 0 ? std::array{t.x, t.y, t.z} : std::array{t.x, t.z, t.y};
         volume.lightCap.insert(volume.lightCap.end(), lit.begin(), lit.end());

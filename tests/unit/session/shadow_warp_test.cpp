@@ -9,7 +9,6 @@
 
 #include "common/math/projection.h"
 #include "common/math/rotation.h"
-#include "tests/unit/session/scene_fixture.h"
 
 namespace umbriel {
 namespace {
@@ -317,64 +316,6 @@ TEST(ShadowWarp, SpotsWorkWhereverTheEyeIs) {
                 EXPECT_TRUE(isOnMap(*fit, {0, 0, -10}));
             }
         }
-}
-
-class Wishes : public SceneFixture {
- protected:
-    ShadowFitRequest request() {
-        messages.clear();
-        return requestOf(*aspect.find(viewport), 512, messages);
-    }
-    Ref<Viewport> viewport = aspect.create<Viewport>("main");
-    std::vector<std::string> messages;
-};
-
-TEST_F(Wishes, ImpossibleValuesAreReplacedWithAMessage) {
-    EXPECT_TRUE((request(), messages.empty()));
-    for (const float range : {0.8f, 2.0f}) {
-        aspect.edit(viewport).set<&Viewport::range>(range);
-        EXPECT_EQ(request().range, 0.8f);
-        ASSERT_EQ(messages.size(), 1u);
-        EXPECT_NE(messages[0].find("range"), std::string::npos);
-    }
-    for (const float range : {0.0f, -1.0f, std::numeric_limits<float>::quiet_NaN()}) {
-        aspect.edit(viewport).set<&Viewport::range>(range);
-        EXPECT_EQ(request().range, 0.3f);
-        EXPECT_EQ(messages.size(), 1u);
-    }
-    aspect.edit(viewport).set<&Viewport::range>(0.3f).set<&Viewport::lispFactor>(0.0f).set<&Viewport::maxSideAngle>(
-        9.0f);
-    EXPECT_EQ(request().lispFactor, 1.0f);
-    EXPECT_EQ(messages.size(), 2u);
-    aspect.edit(viewport)
-        .set<&Viewport::lispFactor>(1.0f)
-        .set<&Viewport::maxSideAngle>(1.0f)
-        .set<&Viewport::shadowMode>(ShadowMode::PercentageCloser)
-        .set<&Viewport::samplesPerRow>(0u)
-        .set<&Viewport::filterWidth>(-3.0f)
-        .set<&Viewport::filteredMap>(ShadowMode::Blob);
-    EXPECT_EQ(request().filter.samplesPerRow, 6u);
-    EXPECT_EQ(request().filter.widthTexels, 8.0f);
-    EXPECT_EQ(request().map, ShadowMode::Standard);
-    EXPECT_EQ(messages.size(), 3u);
-}
-
-TEST_F(Wishes, LightsWithoutAConeOrDirectionAreNamed) {
-    addBox({-1, -1, -1}, {1, 1, 1});
-    const auto spot = aspect.create<SpotLight>("narrow");
-    node(placed(root, {0, 0, 4}), any(spot));
-    aspect.edit(spot).set<&SpotLight::outerAngle>(0.0f);
-    const auto flat = aspect.create<DirectionalLight>("nowhere");
-    const auto squashed = placed(root, {0, 0, 0}, glm::mat3(0.0f));
-    aspect.edit(flat).set<&DirectionalLight::beacon>(squashed);
-    node(root, any(flat));
-    ShadowFitRequest scene;
-    scene.fit = ShadowFitMode::Scene;
-    const ShadowFits fits =
-        fitShadows(aspect, lightsInEffect(aspect, root, Hierarchy(aspect, root)), worldBounds(aspect, root), {}, scene);
-    ASSERT_GE(fits.messages.size(), 1u);
-    EXPECT_NE(fits.messages[0].find("\"narrow\""), std::string::npos);
-    for (const ShadowFit& fit : fits.fits) EXPECT_TRUE(isFinite(fit.clipFromWorld));
 }
 
 }  // namespace

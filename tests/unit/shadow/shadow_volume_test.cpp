@@ -155,6 +155,17 @@ TEST(ShadowVolume, CountsWhereTheLightIsBlockedAndNowhereElse) {
     EXPECT_GT(blocked, 500) << "or the points say nothing";
 }
 
+// Every triangle faces away from a light inside: all of them cast, and everything outside is dark.
+TEST(ShadowVolume, ALightInsideABodyLeavesNoWayOut) {
+    const Mesh mesh = cube();
+    for (const glm::dvec4& light : {glm::dvec4(0, 0, 0, 1), glm::dvec4(0.9, -0.3, 0.4, 1)}) {
+        const ShadowVolume volume = volumeOf(mesh, light);
+        EXPECT_EQ(volume.lightCap.size(), 12u * 3);
+        for (const glm::dvec3& point : {glm::dvec3(3, 1, 2), glm::dvec3(-5, 0.3, 0.1), glm::dvec3(0.2, 0.1, -7)})
+            EXPECT_NE(depthWithin(mesh, volume, light, point), 0);
+    }
+}
+
 TEST(ShadowVolume, OfAnOpenSheetCastsFromBothSides) {
     Mesh mesh;
     mesh.positions = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};
