@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "client/bake/mapped_file.h"
-#include "client/bake/processor_time.h"
 #include "client/bake/shard_store.h"
+#include "common/base/processor_time.h"
 #include "common/image/atomic_file.h"
 #include "common/visibility/bake_job.h"
 
@@ -78,7 +78,7 @@ class Run {
         _outcome.audited = _coordinator.audited();
         _outcome.servers = static_cast<std::uint32_t>(_coordinator.participants());
         _outcome.seconds = toSeconds(_clock.now() - _begin);
-        _outcome.cpuSeconds += processorSeconds() - _processorBegin;
+        _outcome.cpuSeconds += toSeconds(processorTime() - _processorBegin);
         return std::move(_outcome);
     }
 
@@ -127,7 +127,7 @@ class Run {
         _outcome.rows = _store->rows();
         _redoneBefore = _store->redone();
         _begin = _clock.now();
-        _processorBegin = processorSeconds();
+        _processorBegin = processorTime();
         _coordinator.start(known, _begin);
         if (_options.progress) _options.progress(0, _openBlocks);
         return {};
@@ -264,7 +264,7 @@ class Run {
     std::uint64_t _told = 0;
     std::uint32_t _redoneBefore = 0;
     TimePoint _begin;
-    double _processorBegin = 0.0;
+    Duration _processorBegin{};
     ClusterBakeOutcome _outcome;
 };
 

@@ -8,8 +8,8 @@
 #include <mutex>
 #include <thread>
 
-#include "client/bake/processor_time.h"
 #include "common/base/clock.h"
+#include "common/base/processor_time.h"
 #include "common/image/atomic_file.h"
 
 namespace umbriel {
@@ -157,7 +157,7 @@ Result<LocalBakeOutcome> bakeLocally(const visibility::BakeMesh& mesh, const Bak
     if (!baker) return baker.error();
     const auto planned = planShards(mesh.rows.size(), options.shards, options.part);
     if (!planned) return planned.error();
-    const double cpuBegin = processorSeconds();
+    const Duration cpuBegin = processorTime();
     const TimePoint begin = SteadyClock{}.now();
 
     auto store = ShardStore::open(options.out, (*baker)->header(), *planned, options.part, options.resume);
@@ -179,7 +179,7 @@ Result<LocalBakeOutcome> bakeLocally(const visibility::BakeMesh& mesh, const Bak
     if (!written) return store->withAdvice(written.error());
     outcome.sha256 = *written;
     outcome.seconds = toSeconds(SteadyClock{}.now() - begin);
-    outcome.cpuSeconds = processorSeconds() - cpuBegin;
+    outcome.cpuSeconds = toSeconds(processorTime() - cpuBegin);
     return outcome;
 }
 

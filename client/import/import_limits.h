@@ -18,6 +18,10 @@ struct ImportLimits {
     std::uint32_t containers = 1'000'000;                 // nodes, geometries, materials, ... of the scene
     std::uint32_t imageSide = 16'384;                     // texels
     std::uint32_t depth = 1'000;                          // of nodes below each other
+    // Of one face. tinyobjloader cuts polygons up by clipping ears, in the square of their corners: these take half a
+    // second, 60 000 took seven. Of what Debian 12 has, CGAL and GLU's tessellator are faster; one needs another Boost
+    // than ours, the other OpenGL in the client.
+    std::uint32_t faceCorners = 16'384;
     // An .obj file as one geometry with exactly its vertices, numbered as there, unused ones included, instead of
     // geometries to draw, whose vertices are split by normals, texture coordinates, materials and objects.
     bool verticesAsWritten = false;

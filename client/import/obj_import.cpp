@@ -82,10 +82,12 @@ void dropTrailingSlashes(std::string& text) {
     }
 }
 
-// Faces of more than three corners.
-std::uint64_t countPolygons(std::string_view text) {
+// Faces of more than three corners. Throws ImportRefused for one of more than `most`.
+std::uint64_t countPolygons(std::string_view text, std::size_t most) {
     std::uint64_t polygons = 0;
+    std::size_t number = 0;
     for (std::size_t begin = 0; begin < text.size();) {
+        ++number;
         const std::size_t end = std::min(text.find('\n', begin), text.size());
         std::size_t words = 0;
         for (std::size_t at = begin; at < end; ++words) {
@@ -95,6 +97,11 @@ std::uint64_t countPolygons(std::string_view text) {
             while (at < end && !isBlank(text[at])) ++at;
             if (words == 0 && text.substr(word, at - word) != "f") break;
         }
+        if (words > most + 1)
+            throw ImportRefused("line " + std::to_string(number),
+                                "is a face of " + std::to_string(words - 1) + " corners, and at most " +
+                                    std::to_string(most) +
+                                    " are cut into triangles: divide it in the program it is from");
         if (words > 4) ++polygons;
         begin = end + 1;
     }
@@ -313,7 +320,7 @@ Ref<LoadedScene> importObj(const std::string& file, Aspect& scene, const ImportL
         std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
         VertexLines(text).check();
         dropTrailingSlashes(text);
-        warnings.addPolygons(countPolygons(text));
+        warnings.addPolygons(countPolygons(text, limits.faceCorners));
         std::istringstream stream(text);
         ConfinedMaterialReader reader(folder, warnings);
         std::string warning;

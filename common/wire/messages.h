@@ -358,7 +358,7 @@ struct JobDone {
     std::string text;                 // why not done
     Hash128 result;                   // 0 when resultBytes is 0
     std::uint64_t resultBytes = 0;
-    std::uint64_t cpuMicroseconds = 0;  // of the processor, as the job's thread counts it
+    std::uint64_t cpuMicroseconds = 0;  // of the processor, as far as the server knows what worked on it
 
     void write(Writer& writer) const;
     static JobDone read(Reader& reader);

@@ -3,22 +3,13 @@
 #include <fmt/format.h>
 #include <pthread.h>
 #include <sched.h>
-#include <time.h>
 
 #include <algorithm>
 #include <utility>
 
+#include "common/base/processor_time.h"
+
 namespace umbriel {
-namespace {
-
-// Of the processor.
-Duration threadTime() {
-    timespec now{};
-    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
-}
-
-}  // namespace
 
 void JobTable::offer(JobOffer offer, bool kindIsKnown, TimePoint now) {
     const JobKey key = offer.key;
@@ -110,10 +101,13 @@ class JobQueue::Work final : public JobWork {
         if (news) _queue._wake();
         return wanted;
     }
+    void setProcessorTime(Duration cost) override { _cost = cost; }
+    Duration costOr(Duration ofThread) const { return _cost.value_or(ofThread); }
 
  private:
     JobQueue& _queue;
     const JobOffer& _offer;
+    std::optional<Duration> _cost;
 };
 
 JobQueue::JobQueue(std::map<std::string, JobHandler> handlers, std::function<void()> wake, int threads,
@@ -176,9 +170,9 @@ void JobQueue::work() {
         lock.unlock();
         _wake();
         Work work(*this, *offer);
-        const Duration before = threadTime();
+        const Duration before = threadProcessorTime();
         auto result = _handlers.at(offer->kind)(work);
-        const Duration processor = threadTime() - before;
+        const Duration processor = work.costOr(threadProcessorTime() - before);
         lock.lock();
         _table.finish(offer->key, std::move(result), processor);
         lock.unlock();

@@ -44,7 +44,7 @@ struct JobEvent {
     float progress = 0.0f;          // Lease: 0..1
     std::string text;               // Failed, Refused: why
     std::vector<std::byte> result;  // Done
-    Duration processor{};           // Done, Failed: time that its thread took
+    Duration processor{};           // Done, Failed: what it cost, as far as its handler knows
 };
 
 // The states of jobs, without threads: queued -> running -> done, failed or cancelled. Every job that was offered ends in
@@ -95,6 +95,8 @@ class JobWork {
     virtual std::span<const wire::Blob> blobs() const = 0;
     // To be called several times per lease. False: stop, nobody wants the result any more.
     virtual bool alive(float progress) = 0;
+    // What the job costs, where that is not what its own thread takes: others work for it.
+    virtual void setProcessorTime(Duration cost) = 0;
 };
 using JobHandler = std::function<Result<std::vector<std::byte>>(JobWork&)>;
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "common/visibility/bake.h"
@@ -12,6 +13,7 @@
 #include "common/visibility/map_maker.h"
 #include "common/visibility/mesh.h"
 #include "server/bake/gl_worker.h"
+#include "server/bake/process_meter.h"
 
 namespace umbriel {
 namespace {
@@ -85,6 +87,9 @@ class Workshop {
                 fmt::format("rows {} to {} of {} are no shard", job->firstRow, job->firstRow + job->rowCount, total));
         const auto first = static_cast<std::uint32_t>(job->firstRow / kRowsPerBlock);
         const auto count = static_cast<std::uint32_t>((job->rowCount + kRowsPerBlock - 1) / kRowsPerBlock);
+        // Maps are drawn by threads of GlWorker's and, in software, of the driver's.
+        std::optional<ProcessMeter::Span> span;
+        if ((*ready)->gl) span.emplace(_meter);
         std::vector<visibility::EncodedBlock> blocks;
         for (std::uint32_t i = 0; i < count; ++i) {
             const float progress = static_cast<float>(i) / static_cast<float>(count);
@@ -97,7 +102,9 @@ class Workshop {
         visibility::MapHeader header = baker.header();
         header.firstRow = job->firstRow;
         header.rowCount = job->rowCount;
-        return visibility::assembleShard(std::move(header), (*ready)->mesh.vertexRow, blocks);
+        auto file = visibility::assembleShard(std::move(header), (*ready)->mesh.vertexRow, blocks);
+        if (span) work.setProcessorTime(span->end());
+        return file;
     }
 
  private:
@@ -142,6 +149,7 @@ class Workshop {
 
     int _slots;
     gl::ContextOptions _context;
+    ProcessMeter _meter;
     std::mutex _mutex;
     Key _key;
     std::shared_ptr<const Prepared> _prepared;

@@ -3,8 +3,6 @@
 // driver's threads) for all rows of the mesh; where fewer were measured, in runs of neighbours spread over the mesh,
 // they are scaled up and the line says so. Arguments: --mesh FILE|cloth3k|cloth35k, --table makers|far|forms (default:
 // all), --most RAYS (a cell, in millions).
-#include <time.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -16,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/processor_time.h"
 #include "common/trace/grid_scene.h"
 #include "common/trace/ray_scene.h"
 #include "common/visibility/distance_map.h"
@@ -38,9 +37,7 @@ constexpr double kEndless = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t kRun = 64;  // neighbouring rows measured together
 
 double cpuSeconds() {
-    timespec t{};
-    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+    return toSeconds(processorTime());
 }
 
 // First rows of runs, spread evenly; all of the mesh when they fit.

@@ -7,7 +7,6 @@
 #include <spawn.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -21,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/processor_time.h"
 #include "common/visibility/map_file.h"
 #include "common/visibility/mesh.h"
 #include "tests/bench/measure.h"
@@ -37,9 +37,7 @@ using visibility::kRowsPerBlock;
 const fs::path kPrograms = UMBRIEL_BIN_DIR;
 
 double cpuSeconds() {
-    timespec t{};
-    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+    return toSeconds(processorTime());
 }
 
 double seconds(const timeval& t) {

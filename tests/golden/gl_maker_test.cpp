@@ -8,10 +8,13 @@
 #include <cstdlib>
 #include <limits>
 
+#include "common/base/processor_time.h"
 #include "common/trace/ray_scene.h"
 #include "common/visibility/bake.h"
+#include "common/visibility/bake_job.h"
 #include "common/visibility/map_maker.h"
 #include "common/visibility/raster_plan.h"
+#include "server/bake/visibility_jobs.h"
 #include "tests/golden/gl_fixture.h"
 #include "tests/unit/visibility/test_meshes.h"
 
@@ -188,6 +191,47 @@ TEST_F(GlMakerTest, BitsDoNotDependOnWhichRowsAreDrawnTogether) {
         ASSERT_TRUE(maker->masks(row, 7, some));
         EXPECT_TRUE(std::equal(some.begin(), some.end(), all.begin() + row * bytes)) << row;
     }
+}
+
+// The thread of the job only waits: what a shard costs is what all threads of the process took, the driver's too.
+TEST_F(GlMakerTest, AShardCostsWhatAllThreadsTook) {
+    class Work final : public JobWork {
+     public:
+        Bytes description;
+        std::vector<wire::Blob> contents;
+        Duration cost{};
+        std::span<const std::byte> payload() const override { return description; }
+        std::span<const wire::Blob> blobs() const override { return contents; }
+        bool alive(float) override { return true; }
+        void setProcessorTime(Duration time) override { cost = time; }
+    };
+    const auto blobOf = [](const auto& elements, std::uint64_t name) {
+        wire::Blob blob{{}, MultiStorage(sizeof(elements[0]))};
+        blob.data.resize(elements.size());
+        blob.data.write(0, std::as_bytes(std::span(elements)));
+        blob.ref = {{name, 0}, sizeof(elements[0]), blob.data.byteSize()};
+        return blob;
+    };
+    const Mesh loaded = test::cloth(30, 20);
+    const BakeMesh mesh = *prepare(loaded);
+    BakeJob job;
+    job.settings.mapping = {MappingKind::HemiCube, 16};
+    job.settings.maker = MapMaker::Gl;
+    job.meshHash = mesh.hash;
+    job.directionHash = directionHash(job.settings.mapping);
+    job.rowCount = mesh.rows.size();
+    Work work;
+    work.description = encodeBakeJob(job);
+    work.contents = {blobOf(loaded.positions, 1), blobOf(loaded.indices, 2)};
+    auto handlers = visibilityJobs(1);
+    const auto ready = handlers.at(kPrepareJob)(work);
+    ASSERT_TRUE(ready) << ready.error().message;
+    const Duration before = processorTime();
+    const auto shard = handlers.at(kShardJob)(work);
+    const Duration all = processorTime() - before;
+    ASSERT_TRUE(shard) << shard.error().message;
+    EXPECT_LE(work.cost, all);
+    EXPECT_GE(toSeconds(work.cost), 0.9 * toSeconds(all));
 }
 
 TEST_F(GlMakerTest, CullingLeavesMostTrianglesOut) {

@@ -7,6 +7,9 @@
 #include <condition_variable>
 #include <set>
 
+#include "common/base/processor_time.h"
+#include "server/bake/process_meter.h"
+
 namespace umbriel {
 namespace {
 
@@ -125,6 +128,13 @@ RC_GTEST_PROP(JobTable, EveryJobEndsExactlyOnce, (const std::vector<std::uint32_
     RC_ASSERT(offered == ended);
 }
 
+// Keeps the calling thread's processor busy for a while of its own time.
+void burn(Duration time) {
+    const Duration until = threadProcessorTime() + time;
+    while (threadProcessorTime() < until) {
+    }
+}
+
 // The thread around it: a handler gets its payload, its result comes back; one that is cancelled learns of it.
 struct Queue : testing::Test {
     std::mutex mutex;
@@ -213,6 +223,46 @@ TEST_F(Queue, SeveralThreadsWorkAtOnceAndAnOldSessionsHandlerHasNoSay) {
     ASSERT_TRUE(waitFor([&] { return (ended.count({7, 1, 2}) != 0); }));
     EXPECT_EQ((ended[{7, 1, 2}].kind), Kind::Done);
     EXPECT_EQ((ended[{7, 1, 1}].kind), Kind::Cancelled);
+}
+
+TEST_F(Queue, AJobCostsItsThreadsTimeOrWhatItsHandlerSays) {
+    std::map<std::string, JobHandler> handlers;
+    handlers["busy"] = [](JobWork&) -> Result<std::vector<std::byte>> {
+        burn(5ms);
+        return std::vector<std::byte>{};
+    };
+    handlers["employer"] = [](JobWork& work) -> Result<std::vector<std::byte>> {
+        work.setProcessorTime(1234us);
+        return std::vector<std::byte>{};
+    };
+    queue = std::make_unique<JobQueue>(std::move(handlers), [] {});
+    queue->offer({{1, 1}, "busy", {}, 60s});
+    queue->offer({{2, 1}, "employer", {}, 60s});
+    ASSERT_TRUE(waitFor([&] { return ended.size() == 2; }));
+    EXPECT_GE((ended[{1, 1}].processor), 5ms);
+    EXPECT_EQ((ended[{2, 1}].processor), 1234us);
+}
+
+TEST(ProcessMeter, CountsWhatOtherThreadsDoAndNothingTwice) {
+    ProcessMeter meter;
+    const auto elsewhere = [] { std::thread([] { burn(10ms); }).join(); };
+    elsewhere();
+    const Duration before = processorTime();
+    ProcessMeter::Span first(meter);
+    elsewhere();
+    ProcessMeter::Span second(meter);
+    elsewhere();
+    const Duration firstCost = first.end();
+    elsewhere();
+    const Duration secondCost = second.end();
+    const Duration all = processorTime() - before;
+    EXPECT_GE(firstCost, 20ms);
+    EXPECT_GE(secondCost, 10ms);
+    EXPECT_LE(firstCost + secondCost, all);
+    elsewhere();
+    const Duration idle = processorTime();
+    ProcessMeter::Span third(meter);
+    EXPECT_LE(third.end(), processorTime() - idle) << "what passed without work is not counted";
 }
 
 TEST_F(Queue, EndsWhileAJobRuns) {

@@ -26,12 +26,14 @@ class Work final : public JobWork {
     std::vector<wire::Blob> contents;
     int slicesLeft = 1 << 30;
     int slices = 0;
+    std::optional<Duration> cost;
     std::span<const std::byte> payload() const override { return description; }
     std::span<const wire::Blob> blobs() const override { return contents; }
     bool alive(float) override {
         ++slices;
         return --slicesLeft >= 0;
     }
+    void setProcessorTime(Duration time) override { cost = time; }
 };
 
 class VisibilityJobs : public ::testing::Test {

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "common/scene/materials.h"
 #include "tests/unit/import/gltf_maker.h"
 
@@ -31,6 +33,28 @@ TEST_F(Obj, QuadsBecomeTrianglesOfSharedVertices) {
     EXPECT_TRUE(geometry.texCoords0.empty());
     EXPECT_EQ(loaded.only<Material>().model.get(), ReflectionModel::BlinnPhong);
     EXPECT_TRUE(loaded.only<Material>().doubleSided.get());
+}
+
+// A polygon of n corners is n - 2 triangles, to the largest that is read; beyond, the message says where and what to
+// do.
+TEST_F(Obj, FacesOfManyCornersAreReadUpToALimit) {
+    const auto disc = [](std::size_t corners) {
+        std::string text, face = "f";
+        for (std::size_t i = 0; i < corners; ++i) {
+            const double angle = 6.283185307179586 * static_cast<double>(i) / static_cast<double>(corners);
+            text += "v " + std::to_string(std::cos(angle)) + " " + std::to_string(std::sin(angle)) + " 0\n";
+            face += " " + std::to_string(i + 1);
+        }
+        return text + face + "\n";
+    };
+    const std::size_t most = ImportLimits{}.faceCorners;
+    for (const std::size_t corners : {std::size_t{5}, std::size_t{1000}, most}) {
+        const Loaded loaded = loadText(disc(corners));
+        ASSERT_TRUE(loaded.file) << loaded.error();
+        EXPECT_EQ(loaded.only<Geometry>().indices.size(), 3 * (corners - 2)) << corners;
+    }
+    expectRefused(disc(most + 1),
+                  "line " + std::to_string(most + 2) + ": is a face of 16385 corners, and at most 16384");
 }
 
 TEST_F(Obj, NegativeIndicesCountFromTheEnd) {

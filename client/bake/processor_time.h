@@ -1,8 +1,0 @@
-#pragma once
-
-namespace umbriel {
-
-// Seconds of the processor that this process has taken, all threads together.
-double processorSeconds();
-
-}  // namespace umbriel
