@@ -266,12 +266,12 @@ std::vector<Run> soft(const TradeArguments& arguments) {
                 .frames = arguments.frames};
         run.settings = {setting("std", 1024), setting("pcf", 1024), setting("ppcf", 1024)};
         for (const auto& [field, value] : {std::pair("samplesPerRow", "8"), std::pair("samplesPerRow", "6"),
-                                           std::pair("hardwareFilter", "true"), std::pair("gauss", "true")}) {
+                                           std::pair("hardwareFilter", "true"), std::pair("gauss", "4")}) {
             run.settings.push_back(setting("pcf", 1024));
             run.settings.back().fields = {{field, value}};
         }
         run.settings.push_back(setting("ppcf", 1024));
-        run.settings.back().fields = {{"gauss", "true"}};
+        run.settings.back().fields = {{"gauss", "4"}};
         runs.push_back(run);
     }
     return runs;
