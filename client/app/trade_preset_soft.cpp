@@ -13,16 +13,16 @@ const std::vector<std::pair<std::string, TradeSetting>>& filterRows() {
         {"64", presetSetting("pcf", 1024, {{"samplesPerRow", "8"}})},
         {"36", presetSetting("pcf", 1024, {{"samplesPerRow", "6"}})},
         {"36+hardware", presetSetting("pcf", 1024, {{"samplesPerRow", "6"}, {"hardwareFilter", "true"}})},
-        {"36+gauss", presetSetting("pcf", 1024, {{"samplesPerRow", "6"}, {"gauss", "true"}})},
+        {"36+gauss", presetSetting("pcf", 1024, {{"samplesPerRow", "6"}, {"gauss", "4"}})},
         {"36+gauss, no edges",
-         presetSetting("pcf", 1024, {{"samplesPerRow", "6"}, {"gauss", "true"}, {"edgeThreshold", "1e9"}})},
+         presetSetting("pcf", 1024, {{"samplesPerRow", "6"}, {"gauss", "4"}, {"edgeThreshold", "0"}})},
         {"36 at 512", presetSetting("pcf", 512, {{"samplesPerRow", "6"}})},
         {"36+hardware at 512", presetSetting("pcf", 512, {{"samplesPerRow", "6"}, {"hardwareFilter", "true"}})},
         {"36 at 2048", presetSetting("pcf", 2048, {{"samplesPerRow", "6"}})},
         {"ppcf", presetSetting("ppcf", 1024)},
         {"ppcf+hardware", presetSetting("ppcf", 1024, {{"hardwareFilter", "true"}})},
-        {"ppcf+gauss", presetSetting("ppcf", 1024, {{"gauss", "true"}})},
-        {"ppcf+gauss, no edges", presetSetting("ppcf", 1024, {{"gauss", "true"}, {"edgeThreshold", "1e9"}})}};
+        {"ppcf+gauss", presetSetting("ppcf", 1024, {{"gauss", "4"}})},
+        {"ppcf+gauss, no edges", presetSetting("ppcf", 1024, {{"gauss", "4"}, {"edgeThreshold", "0"}})}};
     return rows;
 }
 

@@ -9,6 +9,7 @@
 #include "client/session/shadow_around.h"
 #include "client/session/shadow_body.h"
 #include "client/session/shadow_warp.h"
+#include "common/wall/screen_shadow.h"
 
 namespace umbriel {
 
@@ -181,6 +182,8 @@ ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std:
         constexpr std::uint32_t kBoundsStride = 8;
         if (viewport.skipUniform) filter.boundsBlock = kBoundsStride;
     }
+    within("gauss", viewport.gauss, 0.0f, kLargestGauss, viewport.gauss > 0.0f ? kLargestGauss : 0.0f);
+    within("edgeThreshold", viewport.edgeThreshold, 0.0f, 1e9f, 0.0f);
     request.lightSize = viewport.lightSize;
     request.blobSize = within("blobSize", viewport.blobSize, 1e-3f, 1e3f, 1.0f);
     const glm::dvec3 normal = viewport.planeNormal;

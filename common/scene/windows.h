@@ -17,6 +17,12 @@ template <> inline constexpr std::uint32_t kEnumCount<ShadowMode> = 16;
 enum class ShadowFitMode : std::uint32_t { Union, Scene, PerView };
 template <> inline constexpr std::uint32_t kEnumCount<ShadowFitMode> = 3;
 
+// What a viewport shows: its picture, or one of the views into how its shadows are made (docs/shadows.md says what
+// their colours mean).
+enum class ShadowShow : std::uint32_t { Picture, LightView, ShadowMap, ColorMap, FactorMap, EdgeMap, SeenArea };
+template <>
+inline constexpr std::uint32_t kEnumCount<ShadowShow> = 7;
+
 // How much of a surface's own colour is left after a distance d from the eye (Euclidean, so that the walls of a CAVE
 // agree): (end - d) / (end - start); its square; exp(-density d); exp(-(density d)^2).
 enum class FogMode : std::uint32_t { Linear, Quadratic, Exponential, SquaredExponential };
@@ -138,6 +144,13 @@ struct Viewport : Container {
     Single<double> planeOffset{0.0};       // planar: normal . point + offset = 0
     Single<float> blobSize{1.0f};          // blob: radius over that of the object, seen from the light
     Single<bool> reuseMaps{true};          // a map is drawn again only when its fit or a caster changed
+    Single<bool> screenSpace{false};       // factors of opaque surfaces are drawn into a map of pixels first
+    Single<float> gauss{0.0f};             // pixels: radius of the filter over that map, which it calls for; 0: none
+    Single<float> edgeThreshold{0.01f};    // of that filter: share of the distance by which a pixel may leave its
+                                           // neighbour's plane and still be mixed with it; 0: edges are mixed, too
+    Single<bool> foreignShading{false};    // unlit surfaces, whose light is in their colour, are darkened as a whole
+    Single<ShadowShow> show{ShadowShow::Picture};
+    Single<std::uint32_t> showLight{0u};  // of what is shown: which of the lights with a shadow, by their ids
 
     static void declare(TypeBuilder<Viewport>& type) {
         type.field<&Viewport::lowerLeft>("lowerLeft");
@@ -175,6 +188,12 @@ struct Viewport : Container {
         type.field<&Viewport::planeOffset>("planeOffset");
         type.field<&Viewport::blobSize>("blobSize");
         type.field<&Viewport::reuseMaps>("reuseMaps");
+        type.field<&Viewport::screenSpace>("screenSpace");
+        type.field<&Viewport::gauss>("gauss");
+        type.field<&Viewport::edgeThreshold>("edgeThreshold");
+        type.field<&Viewport::foreignShading>("foreignShading");
+        type.field<&Viewport::show>("show");
+        type.field<&Viewport::showLight>("showLight");
     }
 };
 

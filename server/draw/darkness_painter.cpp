@@ -149,18 +149,26 @@ Result<DarknessPainter::Volume*> DarknessPainter::volumeOf(const SurfaceItem& it
     return &volume;
 }
 
-Result<void> DarknessPainter::paintSurfaces(const Aspect& scene, const DrawList& visible, bool positions,
+Result<void> DarknessPainter::paintSurfaces(const Aspect& scene, const ViewScene& view, const DrawList& visible,
                                             const DrawEntries& drawEntries) {
+    std::uint32_t layers = 0;
+    for (const ShadowFit* fit : view.lights.fits)
+        if (shadowModule(fit->mode)->demand(*fit).positions) layers |= static_cast<std::uint32_t>(Layer::Position);
+    if (view.screen.edges)
+        layers |= static_cast<std::uint32_t>(Layer::Position) | static_cast<std::uint32_t>(Layer::Normal);
     _images.beginSurfaces();
     const gl::Program* current = nullptr;
     const GpuMaterial* material = nullptr;
     return drawEntries(visible, 0, visible.opaqueEntries, [&](const SurfaceItem& item) -> Result<void> {
-        const std::uint32_t layer = positions ? static_cast<std::uint32_t>(Layer::Position) : 0;
-        auto program = _shaders.layers(item.casterFeatures, layer, 0);
+        auto program = _shaders.layers(item.casterFeatures, layers, 0);
         if (!program) return program.error();
         if (*program != current) (*program)->use();
         current = *program;
         current->set(0, glm::mat4(item.relativeFromObject));
+        if (view.screen.edges) {
+            current->set(1, item.normalFromObject);
+            item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
+        }
         setSides(item);
         if (item.casterFeatures == 0 || material == item.material) return {};
         material = item.material;
@@ -350,16 +358,11 @@ Result<std::uint64_t> DarknessPainter::paint(const Aspect& scene, const ViewScen
                                              const DrawEntries& drawEntries) {
     ++_use;
     _triangles = 0;
-    bool positions = false;
-    for (const ShadowFit* fit : view.lights.fits) {
-        const ShadowDemand demand = shadowModule(fit->mode)->demand(*fit);
-        positions = positions || (demand.inView && demand.positions);
-    }
-    if (auto painted = paintSurfaces(scene, visible, positions, drawEntries); !painted) return painted.error();
+    if (auto painted = paintSurfaces(scene, view, visible, drawEntries); !painted) return painted.error();
     for (std::size_t i = 0; i < view.lights.fits.size(); ++i) {
         const ShadowFit& fit = *view.lights.fits[i];
         if (!shadowModule(fit.mode)->demand(fit).inView) continue;
-        _images.beginLayer(static_cast<std::uint32_t>(view.lights.shadows[i].layer));
+        _images.beginLayer(view.lights.lights[view.lights.shadowLights[i]].darknessLayer);
         Result<void> painted;
         switch (fit.mode) {
             case ShadowMode::VolumeZPass:
@@ -378,6 +381,97 @@ Result<std::uint64_t> DarknessPainter::paint(const Aspect& scene, const ViewScen
     _images.end();
     std::erase_if(_volumes, [&](const auto& entry) { return _use - entry.second.lastUse > kKeptUses; });
     return _triangles;
+}
+
+Result<void> DarknessPainter::paintFactors(const Aspect& scene, const ViewScene& view, const DrawList& visible,
+                                           const BindLights& bindLights, const DrawEntries& drawEntries) {
+    if (auto painted = paintSurfaces(scene, view, visible, drawEntries); !painted) return painted;
+    for (std::uint32_t layer = 0; layer < view.lights.darkLights.size(); ++layer) {
+        const std::uint32_t light = view.lights.darkLights[layer];
+        _images.beginFactors(layer);
+        const gl::Program* current = nullptr;
+        const GpuMaterial* material = nullptr;
+        auto painted = drawEntries(visible, 0, visible.opaqueEntries, [&](const SurfaceItem& item) -> Result<void> {
+            const LightList::Run& run = view.lights.runs[item.run];
+            const auto reaching = view.lights.lightsOf(item.run);
+            const auto place =
+                static_cast<std::uint32_t>(std::find(reaching.begin(), reaching.end(), light) - reaching.begin());
+            // What the light does not reach stays lit in its layer.
+            const bool isReached = place < run.count;
+            const GLboolean writes = isReached ? GL_TRUE : GL_FALSE;
+            glColorMask(writes, writes, writes, writes);
+            auto program =
+                isReached ? _shaders.darkness(item.factorFeatures, place) : _shaders.layers(item.casterFeatures, 0, 0);
+            if (!program) return program.error();
+            if (*program != current) (*program)->use();
+            current = *program;
+            if (isReached) {
+                bindLights(*current, run);
+                if (!run.block) current->set(5, place);
+            }
+            current->set(0, glm::mat4(item.relativeFromObject));
+            current->set(1, item.normalFromObject);
+            item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
+            setSides(item);
+            if (item.casterFeatures == 0 || material == item.material) return {};
+            material = item.material;
+            return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());
+        });
+        glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+        if (!painted) return painted;
+    }
+    _images.end();
+    return {};
+}
+
+void DarknessPainter::fill() {
+    if (!_noVertices) _noVertices = gl::VertexArray::create();
+    _noVertices.bind();
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+Result<void> DarknessPainter::paintEdges(const Aspect& scene, const ViewScene& view, const DrawList& visible,
+                                         bool withSurfaces, const DrawEntries& drawEntries) {
+    if (withSurfaces)
+        if (auto painted = paintSurfaces(scene, view, visible, drawEntries); !painted) return painted;
+    auto program = _shaders.overView("stage/shadow_edges.frag.glsl", {});
+    if (!program) return program.error();
+    (*program)->use();
+    (*program)->set(0, view.screen.edgeThreshold);
+    _images.bindPositions(static_cast<GLuint>(TextureUnit::Positions));
+    _images.bindNormals(static_cast<GLuint>(TextureUnit::Darkness));
+    _images.beginEdges();
+    fill();
+    _images.end();
+    return {};
+}
+
+Result<void> DarknessPainter::filter(const ViewScene& view) {
+    const std::vector<float> weights = gaussWeights(view.screen.radius);
+    const auto count = static_cast<int>(weights.size());
+    const auto pass = [&](bool across, std::uint32_t layer) -> Result<void> {
+        std::vector<gl::ShaderDefine> defines;
+        if (across) defines.push_back({"FROM_LAYER"});
+        if (view.screen.edges) defines.push_back({"WITH_EDGES"});
+        auto program = _shaders.overView("stage/shadow_gauss.frag.glsl", defines);
+        if (!program) return program.error();
+        (*program)->use();
+        glProgramUniform4i((*program)->id(), 0, across ? 1 : 0, across ? 0 : 1, static_cast<GLint>(layer), count - 1);
+        glProgramUniform1fv((*program)->id(), 1, count, weights.data());
+        fill();
+        return {};
+    };
+    if (view.screen.edges) _images.bindEdges(static_cast<GLuint>(TextureUnit::Positions));
+    for (std::uint32_t layer = 0; layer < view.lights.darkLights.size(); ++layer) {
+        _images.bind(static_cast<GLuint>(TextureUnit::Darkness));
+        _images.beginBetween();
+        if (auto done = pass(true, layer); !done) return done;
+        _images.bindBetween(static_cast<GLuint>(TextureUnit::Darkness));
+        _images.beginFiltered(layer);
+        if (auto done = pass(false, layer); !done) return done;
+    }
+    _images.end();
+    return {};
 }
 
 }  // namespace umbriel

@@ -13,24 +13,38 @@
 
 namespace umbriel {
 
-// Draws what keeps lights from the visible surfaces, for modules that work in the view (server/shadow/view_module.h):
-// shadow volumes, flattened casters, blobs.
+// Draws what keeps lights from the visible surfaces: for modules that work in the view (server/shadow/view_module.h),
+// shadow volumes, flattened casters, blobs; for those with maps, the factors of the screen-space path; and filters
+// both.
 class DarknessPainter {
  public:
     // Draws a list's entries [first, end) with the program and uniforms that `prepare` sets for each.
     using DrawEntries = std::function<Result<void>(const DrawList& list, std::size_t first, std::size_t end,
                                                    const std::function<Result<void>(const SurfaceItem&)>& prepare)>;
 
+    // Gives a program the lights that reach an item.
+    using BindLights = std::function<void(const gl::Program& program, const LightList::Run& run)>;
+
     DarknessPainter(GpuScene& scene, ShaderLibrary& shaders) : _gpuScene(scene), _shaders(shaders) {}
 
-    Result<void> reserve(PixelSize work, std::uint32_t samples, std::uint32_t layers, bool positions) {
-        return _images.reserve(work, samples, layers, positions);
-    }
+    Result<void> reserve(const DarknessImages::Needs& needs) { return _images.reserve(needs); }
 
-    // For one view in one part of a tile. Viewport, scissor and frame block are set. visible: what the part shows;
-    // frustum: of the part; wholeView: of the view, so that tiles choose alike. Returns the triangles of volumes.
+    // All of these: for one view in one part of a tile. Viewport, scissor, frame block, and the buffers and maps of the
+    // view's lights are set. visible: what the part shows.
+
+    // Layers of modules in the view. frustum: of the part; wholeView: of the view, so that tiles choose alike. Returns
+    // the triangles of volumes.
     Result<std::uint64_t> paint(const Aspect& scene, const ViewScene& view, const DrawList& visible,
                                 const Frustum& frustum, const Frustum& wholeView, const DrawEntries& drawEntries);
+    // Layers of shadow factors that surfaces have by their maps.
+    Result<void> paintFactors(const Aspect& scene, const ViewScene& view, const DrawList& visible,
+                              const BindLights& bindLights, const DrawEntries& drawEntries);
+    // Where filters stop. withSurfaces: neither of the above was painted before.
+    Result<void> paintEdges(const Aspect& scene, const ViewScene& view, const DrawList& visible, bool withSurfaces,
+                            const DrawEntries& drawEntries);
+    // Filters all layers in place, after the edges when the view's filter has such.
+    Result<void> filter(const ViewScene& view);
+    const DarknessImages& images() const { return _images; }
     // For the surface shaders.
     void bind() const { _images.bind(static_cast<GLuint>(TextureUnit::Darkness)); }
 
@@ -46,8 +60,9 @@ class DarknessPainter {
         gl::VertexArray vertexArray;
         std::uint64_t lastUse = 0;
     };
-    Result<void> paintSurfaces(const Aspect& scene, const DrawList& visible, bool positions,
+    Result<void> paintSurfaces(const Aspect& scene, const ViewScene& view, const DrawList& visible,
                                const DrawEntries& drawEntries);
+    void fill();
     Result<void> paintVolumes(const ViewScene& view, const ShadowFit& fit, const Frustum& frustum,
                               const Frustum& wholeView);
     Result<void> paintPlanar(const ViewScene& view, const ShadowFit& fit, const DrawEntries& drawEntries);
@@ -58,6 +73,7 @@ class DarknessPainter {
     GpuScene& _gpuScene;
     ShaderLibrary& _shaders;
     DarknessImages _images;
+    gl::VertexArray _noVertices;
     std::map<std::pair<ContainerId, ContainerId>, Volume> _volumes;  // by caster's node and light
     std::uint64_t _use = 0;
     std::uint64_t _triangles = 0;

@@ -61,6 +61,7 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_TWO_LIGHTS", "2-lights"},
     {"FEATURE_THREE_LIGHTS", "3-lights"},
     {"FEATURE_FOUR_LIGHTS", "4-lights"},
+    {"FEATURE_FOREIGN_SHADING", "foreign"},
     {"FEATURE_SHADOWS", "shadows"},
     {"FEATURE_SHADOW_WARP", "warped-maps"},
     {"FEATURE_SHADOW_CUBE", "cube-maps"},
@@ -80,6 +81,12 @@ const char* nameOf(PassKind kind) {
             return "shadow-map";
         case PassKind::Darkness:
             return "darkness";
+        case PassKind::Factors:
+            return "factors";
+        case PassKind::Edges:
+            return "edges";
+        case PassKind::Gauss:
+            return "gauss";
         case PassKind::Background:
             return "background";
         case PassKind::Surfaces:
@@ -131,7 +138,8 @@ class Planner {
         : _views(views), _demands(demands), _tiles(tiles) {}
 
     Result<FramePlan> plan(std::uint32_t factorLights, std::int32_t limit) {
-        const PixelSize work = workSizeOf(_views);
+        if (_views.wall.width > kBlockPixels || _views.wall.height > kBlockPixels) _plan.apron = apronOf(_demands);
+        const PixelSize work = workSizeOf(_views, _plan.apron);
         if (_views.tiles == TileMode::Exact) {
             if (work.width > limit || work.height > limit)
                 return badInput(
@@ -156,8 +164,12 @@ class Planner {
         std::uint32_t layers = 0;
         for (const auto& [view, count] : _darkLayers) layers = std::max(layers, count);
         addTarget("darkness", "R32F", layers > 0 ? work : PixelSize{}, layers, _views.samples, 4);
-        addTarget("darkness depth", "D32F", layers > 0 ? work : PixelSize{}, 1, _views.samples, 4);
-        addTarget("darkness positions", "RGBA32F", _darkPositions ? work : PixelSize{}, 1, _views.samples, 16);
+        const auto sizeIf = [&](bool needed) { return needed ? work : PixelSize{}; };
+        addTarget("darkness depth", "D32F", sizeIf(layers > 0 || _edges), 1, _views.samples, 4);
+        addTarget("darkness positions", "RGBA32F", sizeIf(_darkPositions || _edges), 1, _views.samples, 16);
+        addTarget("darkness normals", "RGBA16F", sizeIf(_edges), 1, _views.samples, 8);
+        addTarget("edges", "R8", sizeIf(_edges), 1, _views.samples, 1);
+        addTarget("gauss", "R32F", sizeIf(_filter), 1, _views.samples, 4);
         if (_views.samples > 1)
             add({PassKind::Resolve, 0, 0, 0, "tile colour", fmt::format("{} samples", _views.samples)});
         addTarget("tile colour", "RGBA32F", largestTile(), static_cast<std::uint32_t>(_tiles.size()), 1, 16);
@@ -221,6 +233,31 @@ class Planner {
             _darkPositions = _darkPositions || shadow.demand.positions;
         }
         if (!lights.empty()) add({PassKind::Darkness, view, 0, 0, "darkness", lights});
+        planScreen(view, !lights.empty());
+    }
+
+    // Factors of maps, and the filter over all that was made in the view.
+    void planScreen(std::uint32_t view, bool inView) {
+        const ViewDemand& demand = _demands[view];
+        const ScreenShadow& screen = demand.screen;
+        const auto lights = static_cast<std::uint32_t>(demand.darkLights.size());
+        if (screen.factors && !inView && lights > 0) {
+            std::string names;
+            for (const std::string& light : demand.darkLights) names += (names.empty() ? "" : ", ") + light;
+            add({PassKind::Factors, view, 0, 0, "darkness",
+                 fmt::format("{}: {} items", names, countIf(demand, false))});
+            _darkLayers[view] = lights;
+        }
+        const std::uint32_t layers = _darkLayers[view];
+        if (screen.edges) {
+            add({PassKind::Edges, view, layers > 0 ? 0u : 1u, 1, "edges",
+                 fmt::format("beyond {} of the distance", screen.edgeThreshold)});
+            _edges = true;
+        }
+        if (!(screen.radius > 0.0f) || layers == 0) return;
+        add({PassKind::Gauss, view, 0, screen.reach(), "darkness",
+             fmt::format("{} lights, radius {} px{}", layers, screen.radius, screen.edges ? "" : ", across edges")});
+        _filter = true;
     }
 
     void planView(std::uint32_t view) {
@@ -273,6 +310,8 @@ class Planner {
     FramePlan _plan;
     std::map<std::uint32_t, std::uint32_t> _darkLayers;  // by view
     bool _darkPositions = false;
+    bool _edges = false;
+    bool _filter = false;
 };
 
 }  // namespace
@@ -315,9 +354,16 @@ std::string FramePlan::explain() const {
     return text;
 }
 
-PixelSize workSizeOf(const WallViews& views) {
+std::int32_t apronOf(const std::vector<ViewDemand>& demands) {
+    std::int32_t reach = 0;
+    for (const ViewDemand& demand : demands) reach = std::max(reach, demand.screen.reach());
+    return (reach + 1) / 2 * 2;
+}
+
+PixelSize workSizeOf(const WallViews& views, std::int32_t apron) {
     if (views.tiles == TileMode::Exact) return views.wall;
-    return {std::min(views.wall.width, kBlockPixels), std::min(views.wall.height, kBlockPixels)};
+    return {std::min(views.wall.width, kBlockPixels) + 2 * apron,
+            std::min(views.wall.height, kBlockPixels) + 2 * apron};
 }
 
 Result<FramePlan> planFrame(const WallViews& views, const std::vector<ViewDemand>& demands,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/base/result.h"
+#include "common/wall/screen_shadow.h"
 #include "common/wall/view.h"
 #include "server/shadow/shadow_module.h"
 
@@ -64,7 +65,8 @@ enum class Feature : std::uint32_t {
     TwoLights,
     ThreeLights,
     FourLights,
-    Shadows,  // from here on, those of ShadowFeature, in its order
+    ForeignShading,  // without a model: its colour times what shadows leave of the light
+    Shadows,         // from here on, those of ShadowFeature, in its order
     ShadowWarp,
     ShadowCube,
     ShadowHemispheres,
@@ -97,7 +99,20 @@ const char* defineOf(Feature feature);
 // The features' short names, joined by spaces; "plain" for none.
 std::string describe(FeatureSet set);
 
-enum class PassKind : std::uint32_t { Deform, ShadowMap, Darkness, Background, Surfaces, Blend, Foreground, Resolve, Layers };
+enum class PassKind : std::uint32_t {
+    Deform,
+    ShadowMap,
+    Darkness,
+    Factors,
+    Edges,
+    Gauss,
+    Background,
+    Surfaces,
+    Blend,
+    Foreground,
+    Resolve,
+    Layers
+};
 
 enum class BackgroundKind : std::uint32_t { None, Colour, Gradient, Image, Environment };
 
@@ -125,6 +140,8 @@ struct ViewDemand {
         std::uint32_t maskedCasters = 0;  // of these, cut out by a texture
     };
     std::vector<Shadow> shadows;
+    ScreenShadow screen;
+    std::vector<std::string> darkLights;  // those with a shadow, by layer
 };
 
 struct PlannedTarget {
@@ -139,7 +156,9 @@ struct PlannedTarget {
 struct PlannedPass {
     PassKind kind = PassKind::Surfaces;
     std::uint32_t view = 0;   // index in the demands
-    std::uint32_t first = 0;  // ShadowMap: index in the view's shadows; Layers: the first light, or kNoFactors
+    // ShadowMap: index in the view's shadows; Layers: the first light, or kNoFactors; Edges: 1 when the surfaces that
+    // they lie between were not drawn before.
+    std::uint32_t first = 0;
     std::int32_t reach = 0;   // pixels beyond the tile that must be drawn for the tile to be right
     std::string target;       // what it draws into
     std::string detail;
@@ -151,6 +170,7 @@ struct FramePlan {
     std::vector<PlannedPass> passes;               // in the order they run, for every tile
     std::map<FeatureSet, std::uint32_t> variants;  // shader variants and how many draw items use each
     std::uint64_t bytes = 0;                       // of all targets
+    std::int32_t apron = 0;                        // pixels around a block in offset mode
 
     // The largest reach of a view's passes: how far the scissor exceeds the tile.
     std::int32_t reachOf(std::uint32_t view) const;
@@ -169,8 +189,11 @@ inline constexpr std::uint32_t kFactorLayersPerPass = 16;
 // multiple of the 2x2 pixels over which a texture's mip is chosen.
 inline constexpr std::int32_t kBlockPixels = 1024;
 
-// What the work images must hold: the wall (exact mode) or a block.
-PixelSize workSizeOf(const WallViews& views);
+// The largest reach of all views, in pixels that keep the 2x2 pixels of a texture's mip together.
+std::int32_t apronOf(const std::vector<ViewDemand>& demands);
+
+// What the work images must hold: the wall (exact mode), or a block with its apron.
+PixelSize workSizeOf(const WallViews& views, std::int32_t apron);
 
 // tiles: of this server. factorLights: lights of all views together, for the light factors layer. Error: the exact mode
 // needs a target larger than the driver allows (limit: texels a side).

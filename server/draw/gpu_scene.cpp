@@ -82,6 +82,14 @@ FeatureSet fogFeature(const Fog* fog) {
     return bit(kModes[static_cast<std::uint32_t>(fog->mode.get())]);
 }
 
+constexpr FeatureSet kShadowFeatures = ~(bit(Feature::Shadows) - 1);
+
+// The same with what the view's darkness holds in place of what a module does.
+FeatureSet withDarkness(FeatureSet features) {
+    if (!has(features, Feature::Shadows)) return features;
+    return (features & ~kShadowFeatures) | bit(Feature::Shadows) | bit(Feature::ShadowView);
+}
+
 // Only the silhouette matters; and for light factors, the lights.
 FeatureSet maskFeatures(const GpuMaterial& material, FeatureSet attributes) {
     if (!has(material.features, Feature::AlphaMask)) return 0;
@@ -247,6 +255,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
     SceneTree& tree = treeOf(scene, viewport.root.get().id);
     result.fog = scene.findAs<Fog>(viewport.fog.get().id);
     result.lights = listLights(scene, tree, view, &viewport);
+    result.screen = screenShadowOf(viewport);
     result.environments = environmentsBySet(scene, tree, viewport);
     const std::vector<std::uint8_t> hidden =
         tree.hasLevelsOfDetail() ? tree.hiddenByDetail(scene, view.eyeWorld) : std::vector<std::uint8_t>();
@@ -268,10 +277,10 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         const ShadingFrequency shading = geometry->shading;
         GpuGeometry::Needs needs;
         needs.keepOrder = has(materialFeatures, Feature::AlphaBlend);
-        needs.faceNormals =
-            wantsLayers || (isLit && (has(run.features, Feature::Shadows) || geometry->normals.empty() ||
-                                      shading == ShadingFrequency::FlatMean ||
-                                      geometry->normals.size() != geometry->positions.size()));
+        needs.faceNormals = wantsLayers || result.screen.factors || result.screen.edges ||
+                            (isLit && (has(run.features, Feature::Shadows) || geometry->normals.empty() ||
+                                       shading == ShadingFrequency::FlatMean ||
+                                       geometry->normals.size() != geometry->positions.size()));
         needs.tangents = has(materialFeatures, Feature::NormalTexture) || item.material->wantsTangents;
         needs.tangentSet = item.material->texCoordSets[static_cast<std::size_t>(TextureUnit::Normal)];
         needs.flatFaces = isLit && shading == ShadingFrequency::FlatMean;
@@ -297,6 +306,15 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         item.casterFeatures = maskFeatures(*item.material, attributes);
         item.layerFeatures = item.casterFeatures;
         if (wantsFactors) item.layerFeatures |= run.features & ~bit(Feature::AmbientLights);
+        if (result.screen.factors && !has(materialFeatures, Feature::AlphaBlend)) {
+            if (!isLit && viewport.foreignShading && has(run.features, Feature::Shadows)) {
+                constexpr FeatureSet kNotForeign = bit(Feature::LightAmbient) | bit(Feature::LightHighlights);
+                item.features |= bit(Feature::ForeignShading) | (run.features & ~kNotForeign);
+            }
+            item.factorFeatures = item.casterFeatures | (run.features & ~bit(Feature::AmbientLights));
+            item.features = withDarkness(item.features);
+            item.layerFeatures = withDarkness(item.layerFeatures);
+        }
         item.relativeFromObject = placement.relativeTo(view.eyeWorld);
         item.worldFromObject = placement.relativeTo(glm::dvec3(0.0));
         item.normalFromObject = normalMatrix(placement.linear);

@@ -6,6 +6,7 @@
 
 #include "common/scene/aspect.h"
 #include "common/scene/windows.h"
+#include "common/wall/screen_shadow.h"
 #include "common/wall/view.h"
 #include "server/draw/deformer.h"
 #include "server/draw/gpu_environments.h"
@@ -25,6 +26,7 @@ struct SurfaceItem {
     FeatureSet features = 0;        // of its surface shader
     FeatureSet layerFeatures = 0;   // of its layer shader
     FeatureSet casterFeatures = 0;  // of its caster shader; 0: depth only
+    FeatureSet factorFeatures = 0;  // of the shader of its shadow factors, where the screen-space path needs them
     glm::dmat4 relativeFromObject{1.0};
     glm::dmat4 worldFromObject{1.0};  // for what must not depend on the eye
     glm::mat3 normalFromObject{1.0f};
@@ -43,6 +45,7 @@ struct ViewScene {
     const View* view = nullptr;
     const Viewport* viewport = nullptr;  // null: nothing to draw
     const Fog* fog = nullptr;  // null: clear air
+    ScreenShadow screen;
     LightList lights;
     std::vector<SurfaceItem> items;  // opaque and cut out first, roughly front to back; then blended, back to front
     std::size_t opaqueItems = 0;

@@ -143,7 +143,8 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
             if (viewport->lightNodes[i].id == node) return true;
         return false;
     };
-    const bool shadowsOn = viewport && viewport->shadowOn.get() && viewport->shadowMode.get() != ShadowMode::None;
+    const bool shadowsOn = viewport && viewport->shadowOn.get() && viewport->shadowMode.get() != ShadowMode::None &&
+                           viewport->show.get() != ShadowShow::ColorMap;
     std::vector<std::int32_t> listed(tree.lights().size(), -1);
     std::vector<glm::vec3> ambient(tree.lights().size(), glm::vec3(0.0f));
     std::vector<FeatureSet> features(tree.lights().size(), 0);
@@ -170,7 +171,7 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
                 const ShadowModule* module = shadowModule(fit.mode);
                 if (!module || (fit.mapSize == 0 && !module->demand(fit).inView) || (fit.light != source.light && fit.light != source.node)) continue;
                 gpu::GpuShadow shadow = module->describe(fit, view.eyeWorld);
-                shadow.layer = static_cast<float>(list.shadows.size());  // of maps or of darkness: a view has one kind
+                shadow.layer = static_cast<float>(list.shadows.size());
                 if (described->light.shadowIndex < 0)
                     described->light.shadowIndex = static_cast<std::int32_t>(list.shadows.size());
                 list.shadows.push_back(shadow);
@@ -178,6 +179,10 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
                 list.shadowLights.push_back(described->light.index);
                 features[i] |= featuresOf(module->features(fit));
             }
+        if (described->light.shadowIndex >= 0) {
+            described->light.darknessLayer = static_cast<std::uint32_t>(list.darkLights.size());
+            list.darkLights.push_back(described->light.index);
+        }
         listed[i] = static_cast<std::int32_t>(described->light.index);
         list.lights.push_back(described->light);
         list.nodes.push_back(source.node);

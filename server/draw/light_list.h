@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,11 +30,15 @@ struct LightList {
     std::vector<std::string> names;  // of each light: its name, else its id
     std::vector<std::uint32_t> indices;
     std::vector<Run> runs;  // by SceneTree::Item::lightSet
+    std::span<const std::uint32_t> lightsOf(std::uint32_t run) const {
+        return std::span(indices).subspan(runs[run].first, runs[run].count);
+    }
     std::vector<float> webs;  // the tables of goniometric lights, one after the other
     std::vector<gpu::GpuShadow> shadows;      // those of a light with several parts follow each other
     std::vector<gpu::BlockLight> blocks;      // kBlockLights a block, of each run with few lights
     std::vector<const ShadowFit*> fits;       // of each shadow; borrowed from the view
     std::vector<std::uint32_t> shadowLights;  // the light of each shadow
+    std::vector<std::uint32_t> darkLights;    // the lights with a shadow: layers of darkness, where there are such
 };
 
 // Lights that are off, invisible or not among the viewport's lightNodes are left out. A light casts shadows when it

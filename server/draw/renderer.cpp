@@ -54,6 +54,8 @@ ViewDemand demandOf(const Aspect& scene, const ViewScene& view) {
         }
         demand.shadows.push_back(shadow);
     }
+    demand.screen = view.screen;
+    for (const std::uint32_t light : view.lights.darkLights) demand.darkLights.push_back(view.lights.names[light]);
     return demand;
 }
 
@@ -88,6 +90,7 @@ class SceneRenderer final : public Renderer {
         const double cpuStart = processorMilliseconds();
         if (auto checked = check(views, tiles); !checked) return checked.error();
         _tiles.assign(tiles.begin(), tiles.end());
+        _shaders.setSamples(views.samples);
         _pieces = piecesOf(_tiles, largestPiece());
         if (auto updated = _scene.update(scene); !updated) return updated.error();
         _lightNodes.clear();
@@ -111,8 +114,9 @@ class SceneRenderer final : public Renderer {
         if (!plan) return plan.error();
         if (auto uploaded = _scene.materials().upload(); !uploaded) return uploaded.error();
         if (auto reserved = reserveShadowMaps(demands, paintings); !reserved) return reserved.error();
-        if (auto reserved = reserveDarkness(views, demands); !reserved) return reserved.error();
-        if (auto reserved = _targets.reserve(views, _pieces, factorLights); !reserved) return reserved.error();
+        if (auto reserved = reserveDarkness(views, demands, plan->apron); !reserved) return reserved.error();
+        if (auto reserved = _targets.reserve(views, _pieces, factorLights, plan->apron); !reserved)
+            return reserved.error();
 
         if (_timer) _timer.begin();
         _painter.beginFrame();
@@ -171,6 +175,10 @@ class SceneRenderer final : public Renderer {
         view.lights.fits.clear();
         view.lights.shadows.clear();
         view.lights.shadowLights.clear();
+        view.lights.darkLights.clear();
+        view.screen.factors = false;
+        view.screen.radius = 0.0f;
+        view.screen.edges = view.screen.edges && view.viewport && view.viewport->show.get() == ShadowShow::EdgeMap;
         for (gpu::GpuLight& light : view.lights.lights) light.shadowIndex = -1;
     }
 
@@ -209,18 +217,22 @@ class SceneRenderer final : public Renderer {
     }
 
     // Images of darkness, when some view asks for them.
-    Result<void> reserveDarkness(const WallViews& views, const std::vector<ViewDemand>& demands) {
-        std::uint32_t layers = 0;
-        bool positions = false;
+    Result<void> reserveDarkness(const WallViews& views, const std::vector<ViewDemand>& demands, std::int32_t apron) {
+        DarknessImages::Needs needs;
         for (const ViewDemand& demand : demands) {
-            std::uint32_t inView = 0;
+            bool inView = demand.screen.factors;
             for (const ViewDemand::Shadow& shadow : demand.shadows) {
-                inView += shadow.demand.inView ? 1 : 0;
-                positions = positions || shadow.demand.positions;
+                inView = inView || shadow.demand.inView;
+                needs.positions = needs.positions || shadow.demand.positions;
             }
-            layers = std::max(layers, inView);
+            const auto layers = inView ? static_cast<std::uint32_t>(demand.darkLights.size()) : 0u;
+            needs.layers = std::max(needs.layers, layers);
+            needs.edges = needs.edges || demand.screen.edges;
+            needs.filter = needs.filter || (demand.screen.radius > 0.0f && layers > 0);
         }
-        return _painter.reserveDarkness(layers > 0 ? workSizeOf(views) : PixelSize{}, views.samples, layers, positions);
+        needs.size = workSizeOf(views, apron);
+        needs.samples = views.samples;
+        return _painter.reserveDarkness(needs);
     }
 
     gl::ContextLimits _limits;

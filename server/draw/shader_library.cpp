@@ -6,13 +6,6 @@
 namespace umbriel {
 namespace {
 
-std::vector<gl::ShaderDefine> definesOf(FeatureSet features) {
-    std::vector<gl::ShaderDefine> defines;
-    for (std::uint32_t i = 0; i < kFeatureCount; ++i)
-        if (has(features, static_cast<Feature>(i))) defines.push_back({defineOf(static_cast<Feature>(i))});
-    return defines;
-}
-
 constexpr std::string_view kVertexShading = "snippet/vertex_shading.glsl";
 constexpr std::string_view kPixelShading = "snippet/vertex_shading_none.glsl";
 
@@ -46,6 +39,18 @@ Result<const gl::Program*> ShaderLibrary::find(const Stages& stages, const std::
     }
     found->second = std::move(*program);
     return &found->second;
+}
+
+std::vector<gl::ShaderDefine> ShaderLibrary::withSamples(std::vector<gl::ShaderDefine> defines) const {
+    if (_samples > 1) defines.push_back({"SEVERAL_SAMPLES"});
+    return defines;
+}
+
+std::vector<gl::ShaderDefine> ShaderLibrary::definesOf(FeatureSet features) const {
+    std::vector<gl::ShaderDefine> defines;
+    for (std::uint32_t i = 0; i < kFeatureCount; ++i)
+        if (has(features, static_cast<Feature>(i))) defines.push_back({defineOf(static_cast<Feature>(i))});
+    return has(features, Feature::ShadowView) ? withSamples(std::move(defines)) : defines;
 }
 
 Result<const gl::Program*> ShaderLibrary::surface(FeatureSet features) {
@@ -96,8 +101,22 @@ Result<const gl::Program*> ShaderLibrary::caster(FeatureSet features, bool hemis
     return find(stages, defines);
 }
 
+Result<const gl::Program*> ShaderLibrary::darkness(FeatureSet features, std::uint32_t place) {
+    std::vector<gl::ShaderDefine> defines = definesOf(features);
+    constexpr FeatureSet kConstants =
+        bit(Feature::OneLight) | bit(Feature::TwoLights) | bit(Feature::ThreeLights) | bit(Feature::FourLights);
+    defines.push_back({"LAYER_DARKNESS", std::to_string((features & kConstants) != 0 ? place : 0) + 'u'});
+    defines.push_back(including("VERTEX_SHADING", kPixelShading));
+    return find({"stage/surface.vert.glsl", "stage/layers.frag.glsl", ""}, defines);
+}
+
 Result<const gl::Program*> ShaderLibrary::screen(const std::string& fragment) {
     return find({"stage/screen.vert.glsl", fragment, ""}, {});
+}
+
+Result<const gl::Program*> ShaderLibrary::overView(const std::string& fragment,
+                                                   const std::vector<gl::ShaderDefine>& defines) {
+    return find({"stage/screen.vert.glsl", fragment, ""}, withSamples(defines));
 }
 
 Result<const gl::Program*> ShaderLibrary::volume() {
@@ -105,11 +124,11 @@ Result<const gl::Program*> ShaderLibrary::volume() {
 }
 
 Result<const gl::Program*> ShaderLibrary::planar() {
-    return find({"stage/planar.vert.glsl", "stage/planar.frag.glsl"}, {});
+    return find({"stage/planar.vert.glsl", "stage/planar.frag.glsl"}, withSamples({}));
 }
 
 Result<const gl::Program*> ShaderLibrary::blob() {
-    return find({"stage/blob.vert.glsl", "stage/blob.frag.glsl"}, {});
+    return find({"stage/blob.vert.glsl", "stage/blob.frag.glsl"}, withSamples({}));
 }
 
 Result<const gl::Program*> ShaderLibrary::background(BackgroundKind kind) {

@@ -13,6 +13,8 @@ namespace umbriel {
 // Compiled shader variants, each made when it is first needed and kept.
 class ShaderLibrary {
  public:
+    // Of the images that shadows are made in in the view, from now on.
+    void setSamples(std::uint32_t samples) { _samples = samples; }
     // Errors carry the driver's message; they are bugs of ours or of the driver.
     Result<const gl::Program*> surface(FeatureSet features);
     // Of a surface with VertexTable: what fills the table, a vertex stage alone.
@@ -21,8 +23,12 @@ class ShaderLibrary {
     Result<const gl::Program*> layers(FeatureSet features, std::uint32_t layers, std::uint32_t factorImages);
     // hemisphere: the projection of CasterStage; tessellated, unless the caster has holes.
     Result<const gl::Program*> caster(FeatureSet features, bool hemisphere);
-    // A fragment stage over the whole viewport.
+    // 1 minus the shadow factor of a light, for visible surfaces: the place-th of those that reach the item; where they
+    // come as a list, uniform 5 tells the place.
+    Result<const gl::Program*> darkness(FeatureSet features, std::uint32_t place);
+    // A fragment stage over the whole viewport; one that reads the images that shadows are made in in the view.
     Result<const gl::Program*> screen(const std::string& fragment);
+    Result<const gl::Program*> overView(const std::string& fragment, const std::vector<gl::ShaderDefine>& defines);
     Result<const gl::Program*> volume();
     Result<const gl::Program*> planar();
     Result<const gl::Program*> blob();
@@ -43,6 +49,11 @@ class ShaderLibrary {
     };
     Result<const gl::Program*> find(const Stages& stages, const std::vector<gl::ShaderDefine>& defines);
 
+    std::vector<gl::ShaderDefine> definesOf(FeatureSet features) const;
+    // Of what reads those images.
+    std::vector<gl::ShaderDefine> withSamples(std::vector<gl::ShaderDefine> defines) const;
+
+    std::uint32_t _samples = 1;
     std::map<std::string, gl::Program> _programs;  // by stage and defines
 };
 

@@ -324,7 +324,7 @@ Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall,
     return factors ? _targets.keepFactors(firstLight, painting.area) : drawn;
 }
 
-Result<void> TilePainter::drawDarkness(const Aspect& scene, ViewPainting& painting) {
+Result<void> TilePainter::drawDarkness(const Aspect& scene, ViewPainting& painting, const PlannedPass& pass) {
     bindView(painting);
     const View& view = *painting.scene.view;
     const Frustum part = tileFrustum(view, painting.area, kMarginPixels);
@@ -336,7 +336,18 @@ Result<void> TilePainter::drawDarkness(const Aspect& scene, ViewPainting& painti
             return GLenum{GL_TRIANGLES};
         });
     };
+    if (pass.kind == PassKind::Gauss) return _darkness.filter(painting.scene);
     const std::uint64_t before = _counts.triangles;
+    if (pass.kind != PassKind::Darkness) {
+        auto painted = pass.kind == PassKind::Factors
+                           ? _darkness.paintFactors(
+                                 scene, painting.scene, painting.visible,
+                                 [&](const gl::Program& program, const LightList::Run& run) { bindLights(program, run); },
+                                 entries)
+                           : _darkness.paintEdges(scene, painting.scene, painting.visible, pass.first != 0, entries);
+        _counts.shadowTriangles += _counts.triangles - before;
+        return painted;
+    }
     const auto volumes = _darkness.paint(scene, painting.scene, painting.visible, part, whole, entries);
     if (!volumes) return volumes.error();
     _counts.triangles += *volumes;
@@ -453,14 +464,15 @@ Result<void> TilePainter::paint(const Aspect& scene, const WallViews& wall, cons
         views[i].area = shown ? intersect(pixels, views[i].scene.view->region) : PixelRect{};
     }
     if (auto painted = paintShadows(scene, plan, views, pixels); !painted) return painted;
-    const PixelSize work = workSizeOf(wall);
+    const PixelSize work = workSizeOf(wall, plan.apron);
     const bool whole = wall.tiles == TileMode::Exact;
+    const std::int32_t apron = whole ? 0 : plan.apron;
     const std::int32_t stepX = whole ? wall.wall.width : kBlockPixels;
     const std::int32_t stepY = whole ? wall.wall.height : kBlockPixels;
     for (std::int32_t y = pixels.y / stepY * stepY; y < pixels.y + pixels.height; y += stepY)
         for (std::int32_t x = pixels.x / stepX * stepX; x < pixels.x + pixels.width; x += stepX) {
-            const PixelRect block{x, y, work.width, work.height};
-            const PixelRect part = intersect(pixels, block);
+            const PixelRect block{x - apron, y - apron, work.width, work.height};
+            const PixelRect part = intersect(pixels, {x, y, stepX, stepY});
             _targets.beginPart(tileIndex, part, block, reach);
             if (auto painted = paintPart(scene, wall, plan, views, tile.eye, part, block); !painted) return painted;
             _targets.endPart();
@@ -538,7 +550,10 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
         Result<void> done;
         switch (pass.kind) {
             case PassKind::Darkness:
-                done = drawDarkness(scene, painting);
+            case PassKind::Factors:
+            case PassKind::Edges:
+            case PassKind::Gauss:
+                done = drawDarkness(scene, painting, pass);
                 _darkness.bind();
                 break;
             case PassKind::Background:

@@ -68,10 +68,7 @@ class TilePainter {
     // views: by the plan's view index.
     Result<void> paint(const Aspect& scene, const WallViews& wall, const FramePlan& plan, std::span<ViewPainting> views,
                        const TileAssignment& tile, std::size_t tileIndex);
-    // See DarknessImages. No layers: none are kept.
-    Result<void> reserveDarkness(PixelSize work, std::uint32_t samples, std::uint32_t layers, bool positions) {
-        return _darkness.reserve(work, samples, layers, positions);
-    }
+    Result<void> reserveDarkness(const DarknessImages::Needs& needs) { return _darkness.reserve(needs); }
     const Counts& counts() const { return _counts; }
 
  private:
@@ -85,7 +82,8 @@ class TilePainter {
     bool isKept(const ViewPainting& view, std::uint32_t shadow) const;
     Result<void> drawCasters(const Aspect& scene, const ViewPainting& view, const DrawList& casters,
                              const CasterStage& stage);
-    Result<void> drawDarkness(const Aspect& scene, ViewPainting& painting);
+    // The passes before the surfaces that make shadows in the view.
+    Result<void> drawDarkness(const Aspect& scene, ViewPainting& painting, const PlannedPass& pass);
     Result<void> drawBackground(const Aspect& scene, ViewPainting& view);
     Result<void> drawForegrounds(const Aspect& scene, ViewPainting& view);
     // Opaque or blended items into the colour image.

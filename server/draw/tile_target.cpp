@@ -45,8 +45,9 @@ std::uint64_t bytesOf(GLenum format) {
 
 }  // namespace
 
-Result<void> TileTargets::reserve(const WallViews& views, std::span<const TileAssignment> tiles, std::uint32_t lights) {
-    const PixelSize work = workSizeOf(views);
+Result<void> TileTargets::reserve(const WallViews& views, std::span<const TileAssignment> tiles, std::uint32_t lights,
+                                  std::int32_t apron) {
+    const PixelSize work = workSizeOf(views, apron);
     if (!wants(views.layers, Layer::LightFactors)) lights = 0;
     const std::uint32_t factorImages = (std::min(lights, kFactorLayersPerPass) + 3) / 4;
     const std::vector<LayerFormat> formats = formatsOf(views.layers);

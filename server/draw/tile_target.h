@@ -14,8 +14,9 @@ namespace umbriel {
 // copied to images of the tile's own size.
 class TileTargets {
  public:
-    // Makes or keeps images for these tiles. lights: light-factor layers. Errors: out of memory.
-    Result<void> reserve(const WallViews& views, std::span<const TileAssignment> tiles, std::uint32_t lights);
+    // Makes or keeps images for these tiles. lights: light-factor layers; apron: of the plan. Errors: out of memory.
+    Result<void> reserve(const WallViews& views, std::span<const TileAssignment> tiles, std::uint32_t lights,
+                         std::int32_t apron);
 
     // Starts a part of a tile: rectangles on the wall. block: what the work images stand for. Clears the part, grown by
     // reach.

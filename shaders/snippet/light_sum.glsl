@@ -39,3 +39,24 @@ vec3 lightTerm(GpuLight light, Reflection reflection, vec3 relative, vec3 normal
 vec3 shadowTint(uint i, GpuLight light, vec3 relative, vec3 faceNormal, vec3 toLight) {
     return mix(frame.shadowColour.rgb, vec3(1.0), shadowFactor(i, light, relative, faceNormal, toLight));
 }
+
+#ifdef FEATURE_FOREIGN_SHADING
+// For colours that light is in already, nobody knows how: the share that shadows leave of all the light on a matt surface.
+vec3 sharedTint(vec3 relative, vec3 faceNormal) {
+    vec3 all = vec3(0.0);
+#ifdef FEATURE_AMBIENT_LIGHTS
+    all = ambientRadiance / kInversePi;
+#endif
+    vec3 left = all;
+    for (uint i = 0u; i < lightCount(); ++i) {
+        GpuLight light = lightAt(i);
+        vec3 toLight;
+        vec3 irradiance = irradianceFrom(light, relative, toLight);
+        irradiance *= max(dot(faceNormal, toLight), 0.0);
+        all += irradiance;
+        left += irradiance * shadowTint(i, light, relative, faceNormal, toLight);
+    }
+    return vec3(all.r > 0.0 ? left.r / all.r : 1.0, all.g > 0.0 ? left.g / all.g : 1.0,
+                all.b > 0.0 ? left.b / all.b : 1.0);
+}
+#endif

@@ -88,8 +88,12 @@ vec3 irradianceFrom(GpuLight light, vec3 relative, out vec3 toLight) {
 // The one place where shadow meets light: the share of its own contribution that remains of the i-th light.
 float shadowFactor(uint i, GpuLight light, vec3 relative, vec3 faceNormal, vec3 toLight) {
 #ifdef FEATURE_SHADOWS
-    if (light.shadowIndex >= 0)
-        return shadowFactor(firstShadowOf(i, light), relative, faceNormal, toLight);
+#ifdef FEATURE_SHADOW_VIEW
+    uint shadow = light.darknessLayer;
+#else
+    uint shadow = firstShadowOf(i, light);
+#endif
+    if (light.shadowIndex >= 0) return shadowFactor(shadow, relative, faceNormal, toLight);
 #endif
     return 1.0;
 }

@@ -14,7 +14,7 @@
 #include "snippet/shadow_view.glsl"
 #endif
 
-// A viewport has one mode, so here no light has a map. Vertices have no place in the view's images, and none asks.
+// shadow: the light's layer. Vertices have no place in the view's images, and none asks.
 float shadowFactor(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
 #ifdef VERTEX_STAGE
     return 1.0;

@@ -1,9 +1,12 @@
-// Shadows that were made in the view: the darkness images' layer of the light, at this pixel. Of several samples, those
-// of the surface at hand are averaged.
-layout(binding = 11) uniform sampler2DMSArray darkness;
+#include "snippet/view_images.glsl"
 
-float shadowFactor_view(uint shadow) {
-    ivec3 place = ivec3(ivec2(gl_FragCoord.xy), int(shadowAt(shadow).layer));  // the images are the target's twins
+// Shadows that were made in the view before the surfaces: the darkness images' layer of the light, at this pixel. Of several
+// samples, those of the surface at hand are averaged.
+layout(binding = 11) uniform VIEW_LAYERS darkness;
+
+float shadowFactor_view(uint layer) {
+    ivec3 place = ivec3(ivec2(gl_FragCoord.xy), int(layer));  // the images are the target's twins
+#ifdef SEVERAL_SAMPLES
     uint covered = uint(gl_SampleMaskIn[0]);
     float lit = 0.0;
     float count = 0.0;
@@ -13,4 +16,7 @@ float shadowFactor_view(uint shadow) {
         count += 1.0;
     }
     return lit / count;
+#else
+    return 1.0 - clamp(texelFetch(darkness, place, 0).r, 0.0, 1.0);
+#endif
 }

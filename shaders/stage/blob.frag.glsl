@@ -1,12 +1,13 @@
 #include "formula/shadow.glsl"
 #include "structs/blob.glsl"
+#include "snippet/view_images.glsl"
 layout(std430, binding = 3) readonly buffer Blobs { GpuBlob blobs[]; };
-layout(binding = 15) uniform sampler2DMS positions;
+layout(binding = 15) uniform VIEW_IMAGE positions;
 flat in uint blob;
 layout(location = 0) out float darknessOut;
 
 void main() {
-    vec4 surface = texelFetch(positions, ivec2(gl_FragCoord.xy), gl_SampleID);
+    vec4 surface = texelFetch(positions, ivec2(gl_FragCoord.xy), SAMPLE_INDEX);
     if (surface.w == 0.0) discard;
     GpuBlob own = blobs[blob];
     vec3 inBox = vec3(dot(own.boxFromX, surface), dot(own.boxFromY, surface), dot(own.boxFromZ, surface));

@@ -20,6 +20,15 @@ layout(location = LAYER_IDS) out uvec2 idsOut;
 layout(location = 4) uniform uvec2 nodeId;  // low 32 bits; y: 1 when triangles were reordered
 layout(binding = 8) uniform usamplerBuffer primitives;
 #endif
+#ifdef LAYER_DARKNESS
+layout(location = 0) out float darknessOut;  // as snippet/shadow_view.glsl reads it
+// Of the light, among those of the item.
+#ifdef LIGHT_COUNT
+const uint darkLight = LAYER_DARKNESS;
+#else
+layout(location = 5) uniform uint darkLight;
+#endif
+#endif
 #ifdef LAYER_FACTORS
 layout(location = 0) out vec4 factorsOut[LAYER_FACTORS];
 layout(location = 5) uniform uint firstLight;
@@ -48,6 +57,12 @@ void main() {
 #ifdef LAYER_IDS
     int triangle = int(surface.firstTriangle) + gl_PrimitiveID;
     idsOut = uvec2(nodeId.x, nodeId.y != 0u ? texelFetch(primitives, triangle).x : uint(triangle));
+#endif
+#ifdef LAYER_DARKNESS
+    GpuLight light = lightAt(darkLight);
+    vec3 toLight;
+    irradianceFrom(light, surface.relative, toLight);
+    darknessOut = 1.0 - shadowFactor(darkLight, light, surface.relative, faceNormal, toLight);
 #endif
 #ifdef LAYER_FACTORS
     float factors[4 * LAYER_FACTORS];

@@ -1,5 +1,6 @@
 #include "snippet/frame.glsl"
-layout(binding = 15) uniform sampler2DMS positions;
+#include "snippet/view_images.glsl"
+layout(binding = 15) uniform VIEW_IMAGE positions;
 layout(location = 4) uniform vec4 planeRelative;  // unit normal
 layout(location = 5) uniform float onPlaneOnly;   // 1: surfaces off the plane stay as they are
 in vec4 flattened;
@@ -8,7 +9,7 @@ layout(location = 0) out float darknessOut;
 const float kFlat = 1e-4;  // of the distance: what lies so near to the plane lies on it
 
 void main() {
-    vec4 surface = texelFetch(positions, ivec2(gl_FragCoord.xy), gl_SampleID);
+    vec4 surface = texelFetch(positions, ivec2(gl_FragCoord.xy), SAMPLE_INDEX);
     if (surface.w == 0.0) discard;
     if (onPlaneOnly > 0.5) {
         if (abs(dot(planeRelative, surface)) > kFlat * length(surface.xyz)) discard;

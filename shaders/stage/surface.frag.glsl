@@ -89,6 +89,9 @@ void main() {
     vec3 radiance = emittedRadiance() + reflectedRadiance(factor.rgb, texel.rgb);
 #else
     vec3 radiance = base.rgb;
+#ifdef FEATURE_FOREIGN_SHADING
+    radiance *= sharedTint(surface.relative, faceNormalWorld() * (gl_FrontFacing ? 1.0 : -1.0));
+#endif
 #endif
     radiance = throughFog(radiance, surface.relative);
 

@@ -38,8 +38,8 @@ struct GpuLight {
     uint webFirst;                // entry of the photometric web in the list of all
     uint webColumns;
     uint webRows;
+    uint darknessLayer;           // of its shadow, where factors are made in the view
     uint unused0;
-    uint unused1;
 };
 LAYOUT_SIZE(GpuLight, 144)
 LAYOUT_OFFSET(GpuLight, kind, 12)
