@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "server/draw/draw_list.h"
@@ -48,9 +49,10 @@ class DarknessPainter {
     };
     Result<void> paintSurfaces(const Aspect& scene, const DrawList& visible, bool positions,
                                const DrawEntries& drawEntries);
-    Result<void> paintVolumes(const ViewScene& view, const ShadowFit& fit, const Frustum& frustum,
+    Result<void> paintVolumes(const Aspect& scene, const ViewScene& view, const ShadowFit& fit, const Frustum& frustum,
                               const Frustum& wholeView);
-    Result<void> paintPlanar(const ViewScene& view, const ShadowFit& fit, const DrawEntries& drawEntries);
+    Result<void> paintPlanar(const Aspect& scene, const ViewScene& view, const ShadowFit& fit,
+                             const DrawEntries& drawEntries);
     Result<void> paintBlobs(const ViewScene& view, const ShadowFit& fit, const Frustum& frustum);
     Result<Volume*> volumeOf(const SurfaceItem& item, const ShadowFit& fit, const glm::dvec4& lightRelative,
                              bool finite);
@@ -59,6 +61,7 @@ class DarknessPainter {
     ShaderLibrary& _shaders;
     DarknessImages _images;
     std::map<std::pair<ContainerId, ContainerId>, Volume> _volumes;  // by caster's node and light
+    std::set<ContainerId> _namedCutOuts;  // casters whose holes volumes do not have, that a warning has named
     std::uint64_t _use = 0;
     std::uint64_t _triangles = 0;
     gl::Buffer _blobVertices, _blobs;

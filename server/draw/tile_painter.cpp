@@ -220,6 +220,32 @@ Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& paint
 
 Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painting, bool blended) {
     const DrawList& list = painting.visible;
+    if (!blended) return drawSurfaceEntries(scene, painting, 0, list.opaqueEntries, false);
+    // What lies before others has a darkness of its own, which no image of the nearest surfaces holds: each such item
+    // is given one, right before it is drawn.
+    bool replaced = false;
+    for (std::size_t i = list.opaqueEntries; i < list.entries.size();) {
+        const auto isDark = [&](std::size_t entry) {
+            return has(painting.scene.items[list.entries[entry].item].features, Feature::ShadowView);
+        };
+        std::size_t end = i + 1;
+        if (isDark(i)) {
+            if (auto drawn = drawDarknessOf(scene, painting, list.entries[i]); !drawn) return drawn;
+            replaced = true;
+        } else {
+            while (end < list.entries.size() && !isDark(end)) ++end;
+        }
+        if (auto drawn = drawSurfaceEntries(scene, painting, i, end, true); !drawn) return drawn;
+        i = end;
+    }
+    // Light factors, drawn later, are those of opaque surfaces.
+    if (!replaced) return {};
+    return drawDarkness(scene, painting, list, painting.area);
+}
+
+Result<void> TilePainter::drawSurfaceEntries(const Aspect& scene, ViewPainting& painting, std::size_t first,
+                                             std::size_t end, bool blended) {
+    const DrawList& list = painting.visible;
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GREATER);
     glDepthMask(blended ? GL_FALSE : GL_TRUE);
@@ -229,29 +255,26 @@ Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painti
     }
     const gl::Program* current = nullptr;
     const GpuMaterial* material = nullptr;
-    auto drawn =
-        drawEntries(painting, list, blended ? list.opaqueEntries : 0,
-                    blended ? list.entries.size() : list.opaqueEntries, [&](const SurfaceItem& item) -> Result<GLenum> {
-                        auto program = _shaders.surface(item.features);
-                        if (!program) return program.error();
-                        if (*program != current) (*program)->use();
-                        current = *program;
-                        if (auto set = setSurface(scene, painting, item, *current); !set) return set.error();
-                        setSides(item);
-                        if (item.geometry->faceNormals())
-                            item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
-                        if (has(item.features, Feature::FlatMean))
-                            item.geometry->flatFaces().bind(static_cast<GLuint>(TextureUnit::FlatFaces));
-                        if (material != item.material) {
-                            material = item.material;
-                            if (auto bound = _gpuScene.materials().bind(scene, *material, _gpuScene.textures()); !bound)
-                                return bound.error();
-                        }
-                        if (has(item.features, Feature::VertexTable))
-                            if (auto filled = fillVertexTable(scene, painting, item, *current); !filled)
-                                return filled.error();
-                        return GLenum{GL_TRIANGLES};
-                    });
+    auto drawn = drawEntries(painting, list, first, end, [&](const SurfaceItem& item) -> Result<GLenum> {
+        auto program = _shaders.surface(item.features);
+        if (!program) return program.error();
+        if (*program != current) (*program)->use();
+        current = *program;
+        if (auto set = setSurface(scene, painting, item, *current); !set) return set.error();
+        setSides(item);
+        if (item.geometry->faceNormals())
+            item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
+        if (has(item.features, Feature::FlatMean))
+            item.geometry->flatFaces().bind(static_cast<GLuint>(TextureUnit::FlatFaces));
+        if (material != item.material) {
+            material = item.material;
+            if (auto bound = _gpuScene.materials().bind(scene, *material, _gpuScene.textures()); !bound)
+                return bound.error();
+        }
+        if (has(item.features, Feature::VertexTable))
+            if (auto filled = fillVertexTable(scene, painting, item, *current); !filled) return filled.error();
+        return GLenum{GL_TRIANGLES};
+    });
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
     return drawn;
@@ -324,10 +347,13 @@ Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall,
     return factors ? _targets.keepFactors(firstLight, painting.area) : drawn;
 }
 
-Result<void> TilePainter::drawDarkness(const Aspect& scene, ViewPainting& painting) {
+Result<void> TilePainter::drawDarkness(const Aspect& scene, ViewPainting& painting, const DrawList& visible,
+                                       const PixelRect& area) {
     bindView(painting);
+    const glm::ivec2 origin = _targets.wallOrigin();
+    glScissor(area.x - origin.x, area.y - origin.y, area.width, area.height);
     const View& view = *painting.scene.view;
-    const Frustum part = tileFrustum(view, painting.area, kMarginPixels);
+    const Frustum part = tileFrustum(view, area, kMarginPixels);
     const Frustum whole = tileFrustum(view, view.region, kMarginPixels);
     const auto entries = [&](const DrawList& list, std::size_t first, std::size_t end,
                              const std::function<Result<void>(const SurfaceItem&)>& prepare) {
@@ -337,11 +363,28 @@ Result<void> TilePainter::drawDarkness(const Aspect& scene, ViewPainting& painti
         });
     };
     const std::uint64_t before = _counts.triangles;
-    const auto volumes = _darkness.paint(scene, painting.scene, painting.visible, part, whole, entries);
+    const auto volumes = _darkness.paint(scene, painting.scene, visible, part, whole, entries);
     if (!volumes) return volumes.error();
     _counts.triangles += *volumes;
     _counts.shadowTriangles += _counts.triangles - before;
     return {};
+}
+
+Result<void> TilePainter::drawDarknessOf(const Aspect& scene, ViewPainting& painting, const DrawList::Entry& entry) {
+    const SurfaceItem& item = painting.scene.items[entry.item];
+    const DrawList& all = painting.visible;
+    DrawList alone;
+    const auto first = all.commands.begin() + entry.first;
+    alone.commands.assign(first, first + entry.count);
+    alone.entries.push_back({entry.item, 0, entry.count});
+    alone.opaqueEntries = 1;
+    const PixelRect area = intersect(
+        pixelsOf(*painting.scene.view, item.geometry->box(), item.relativeFromObject, kMarginPixels), painting.area);
+    Result<void> drawn = area.empty() ? Result<void>() : drawDarkness(scene, painting, alone, area);
+    _targets.bindColour();
+    bindView(painting);
+    _darkness.bind();
+    return drawn;
 }
 
 Result<void> TilePainter::drawBackground(const Aspect& scene, ViewPainting& painting) {
@@ -538,7 +581,7 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
         Result<void> done;
         switch (pass.kind) {
             case PassKind::Darkness:
-                done = drawDarkness(scene, painting);
+                done = drawDarkness(scene, painting, painting.visible, painting.area);
                 _darkness.bind();
                 break;
             case PassKind::Background:

@@ -85,11 +85,17 @@ class TilePainter {
     bool isKept(const ViewPainting& view, std::uint32_t shadow) const;
     Result<void> drawCasters(const Aspect& scene, const ViewPainting& view, const DrawList& casters,
                              const CasterStage& stage);
-    Result<void> drawDarkness(const Aspect& scene, ViewPainting& painting);
+    // For surfaces of `visible`, within `area`; leaves the darkness images bound as targets.
+    Result<void> drawDarkness(const Aspect& scene, ViewPainting& painting, const DrawList& visible,
+                              const PixelRect& area);
+    // The same for one blended entry alone, and back to where surfaces are drawn.
+    Result<void> drawDarknessOf(const Aspect& scene, ViewPainting& painting, const DrawList::Entry& entry);
     Result<void> drawBackground(const Aspect& scene, ViewPainting& view);
     Result<void> drawForegrounds(const Aspect& scene, ViewPainting& view);
     // Opaque or blended items into the colour image.
     Result<void> drawSurfaces(const Aspect& scene, ViewPainting& view, bool blended);
+    Result<void> drawSurfaceEntries(const Aspect& scene, ViewPainting& view, std::size_t first, std::size_t end,
+                                    bool blended);
     // Shades the vertices of an item with Feature::VertexTable for `surface`, its program, which will draw it; material
     // and environment are bound. Error: more memory than the driver gives.
     Result<void> fillVertexTable(const Aspect& scene, const ViewPainting& view, const SurfaceItem& item,
