@@ -26,6 +26,12 @@ float placed(float value, std::int32_t origin, std::int32_t size) {
     return static_cast<float>(origin) + (value <= 1.0f ? value * static_cast<float>(size) : value);
 }
 
+// Whether a pass makes shadows in the view.
+bool isInView(PassKind kind) {
+    return kind == PassKind::Darkness || kind == PassKind::Factors || kind == PassKind::Edges ||
+           kind == PassKind::Gauss;
+}
+
 }  // namespace
 
 Result<void> StreamBuffer::set(std::span<const std::byte> content) {
@@ -218,7 +224,37 @@ Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& paint
     return {};
 }
 
-Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painting, bool blended) {
+Result<void> TilePainter::drawBlended(const Aspect& scene, ViewPainting& painting, const FramePlan& plan,
+                                      std::uint32_t view) {
+    const DrawList& list = painting.visible;
+    // What lies before others has a darkness of its own, which no image of the nearest surfaces holds: each such item
+    // is given one, right before it is drawn.
+    bool replaced = false;
+    const auto isDark = [&](std::size_t entry) {
+        return has(painting.scene.items[list.entries[entry].item].features, Feature::ShadowView);
+    };
+    for (std::size_t i = list.opaqueEntries; i < list.entries.size();) {
+        std::size_t end = i + 1;
+        if (isDark(i)) {
+            if (auto drawn = drawDarknessOf(scene, painting, list.entries[i]); !drawn) return drawn;
+            replaced = true;
+        } else {
+            while (end < list.entries.size() && !isDark(end)) ++end;
+        }
+        if (auto drawn = drawSurfaceEntries(scene, painting, i, end, true); !drawn) return drawn;
+        i = end;
+    }
+    // Light factors, drawn later, are those of opaque surfaces.
+    if (!replaced) return {};
+    for (const PlannedPass& pass : plan.passes) {
+        if (pass.view != view || !isInView(pass.kind)) continue;
+        if (auto drawn = drawDarkness(scene, painting, pass, list, painting.area); !drawn) return drawn;
+    }
+    return {};
+}
+
+Result<void> TilePainter::drawSurfaceEntries(const Aspect& scene, ViewPainting& painting, std::size_t first,
+                                             std::size_t end, bool blended) {
     const DrawList& list = painting.visible;
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GREATER);
@@ -229,29 +265,26 @@ Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painti
     }
     const gl::Program* current = nullptr;
     const GpuMaterial* material = nullptr;
-    auto drawn =
-        drawEntries(painting, list, blended ? list.opaqueEntries : 0,
-                    blended ? list.entries.size() : list.opaqueEntries, [&](const SurfaceItem& item) -> Result<GLenum> {
-                        auto program = _shaders.surface(item.features);
-                        if (!program) return program.error();
-                        if (*program != current) (*program)->use();
-                        current = *program;
-                        if (auto set = setSurface(scene, painting, item, *current); !set) return set.error();
-                        setSides(item);
-                        if (item.geometry->faceNormals())
-                            item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
-                        if (has(item.features, Feature::FlatMean))
-                            item.geometry->flatFaces().bind(static_cast<GLuint>(TextureUnit::FlatFaces));
-                        if (material != item.material) {
-                            material = item.material;
-                            if (auto bound = _gpuScene.materials().bind(scene, *material, _gpuScene.textures()); !bound)
-                                return bound.error();
-                        }
-                        if (has(item.features, Feature::VertexTable))
-                            if (auto filled = fillVertexTable(scene, painting, item, *current); !filled)
-                                return filled.error();
-                        return GLenum{GL_TRIANGLES};
-                    });
+    auto drawn = drawEntries(painting, list, first, end, [&](const SurfaceItem& item) -> Result<GLenum> {
+        auto program = _shaders.surface(item.features);
+        if (!program) return program.error();
+        if (*program != current) (*program)->use();
+        current = *program;
+        if (auto set = setSurface(scene, painting, item, *current); !set) return set.error();
+        setSides(item);
+        if (item.geometry->faceNormals())
+            item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
+        if (has(item.features, Feature::FlatMean))
+            item.geometry->flatFaces().bind(static_cast<GLuint>(TextureUnit::FlatFaces));
+        if (material != item.material) {
+            material = item.material;
+            if (auto bound = _gpuScene.materials().bind(scene, *material, _gpuScene.textures()); !bound)
+                return bound.error();
+        }
+        if (has(item.features, Feature::VertexTable))
+            if (auto filled = fillVertexTable(scene, painting, item, *current); !filled) return filled.error();
+        return GLenum{GL_TRIANGLES};
+    });
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
     return drawn;
@@ -324,10 +357,13 @@ Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall,
     return factors ? _targets.keepFactors(firstLight, painting.area) : drawn;
 }
 
-Result<void> TilePainter::drawDarkness(const Aspect& scene, ViewPainting& painting, const PlannedPass& pass) {
+Result<void> TilePainter::drawDarkness(const Aspect& scene, ViewPainting& painting, const PlannedPass& pass,
+                                       const DrawList& visible, const PixelRect& area) {
     bindView(painting);
+    const glm::ivec2 origin = _targets.wallOrigin();
+    glScissor(area.x - origin.x, area.y - origin.y, area.width, area.height);
     const View& view = *painting.scene.view;
-    const Frustum part = tileFrustum(view, painting.area, kMarginPixels);
+    const Frustum part = tileFrustum(view, area, kMarginPixels);
     const Frustum whole = tileFrustum(view, view.region, kMarginPixels);
     const auto entries = [&](const DrawList& list, std::size_t first, std::size_t end,
                              const std::function<Result<void>(const SurfaceItem&)>& prepare) {
@@ -341,18 +377,36 @@ Result<void> TilePainter::drawDarkness(const Aspect& scene, ViewPainting& painti
     if (pass.kind != PassKind::Darkness) {
         auto painted = pass.kind == PassKind::Factors
                            ? _darkness.paintFactors(
-                                 scene, painting.scene, painting.visible,
+                                 scene, painting.scene, visible,
                                  [&](const gl::Program& program, const LightList::Run& run) { bindLights(program, run); },
                                  entries)
-                           : _darkness.paintEdges(scene, painting.scene, painting.visible, pass.first != 0, entries);
+                           : _darkness.paintEdges(scene, painting.scene, visible, pass.first != 0, entries);
         _counts.shadowTriangles += _counts.triangles - before;
         return painted;
     }
-    const auto volumes = _darkness.paint(scene, painting.scene, painting.visible, part, whole, entries);
+    const auto volumes = _darkness.paint(scene, painting.scene, visible, part, whole, entries);
     if (!volumes) return volumes.error();
     _counts.triangles += *volumes;
     _counts.shadowTriangles += _counts.triangles - before;
     return {};
+}
+
+Result<void> TilePainter::drawDarknessOf(const Aspect& scene, ViewPainting& painting, const DrawList::Entry& entry) {
+    const SurfaceItem& item = painting.scene.items[entry.item];
+    const DrawList& all = painting.visible;
+    DrawList alone;
+    const auto first = all.commands.begin() + entry.first;
+    alone.commands.assign(first, first + entry.count);
+    alone.entries.push_back({entry.item, 0, entry.count});
+    alone.opaqueEntries = 1;
+    const PixelRect area = intersect(
+        pixelsOf(*painting.scene.view, item.geometry->box(), item.relativeFromObject, kMarginPixels), painting.area);
+    Result<void> drawn;
+    if (!area.empty()) drawn = drawDarkness(scene, painting, {.kind = PassKind::Darkness}, alone, area);
+    _targets.bindColour();
+    bindView(painting);
+    _darkness.bind();
+    return drawn;
 }
 
 Result<void> TilePainter::drawBackground(const Aspect& scene, ViewPainting& painting) {
@@ -553,17 +607,17 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
             case PassKind::Factors:
             case PassKind::Edges:
             case PassKind::Gauss:
-                done = drawDarkness(scene, painting, pass);
+                done = drawDarkness(scene, painting, pass, painting.visible, painting.area);
                 _darkness.bind();
                 break;
             case PassKind::Background:
                 done = drawBackground(scene, painting);
                 break;
             case PassKind::Surfaces:
-                done = drawSurfaces(scene, painting, false);
+                done = drawSurfaceEntries(scene, painting, 0, painting.visible.opaqueEntries, false);
                 break;
             case PassKind::Blend:
-                done = drawSurfaces(scene, painting, true);
+                done = drawBlended(scene, painting, plan, pass.view);
                 break;
             case PassKind::Foreground:
                 done = drawForegrounds(scene, painting);
