@@ -190,12 +190,12 @@ Result<void> TradeBench::look() {
     if (!looks) return looks.error();
     _looks = std::move(*looks);
     if (_looks.size() == 2) {
-        const auto matches = matchSurfaces(_looks[0].points, _looks[1].points, _looks[1].view);
+        const auto around = surfacesAround(_looks[0].points, _looks[1].points, _looks[1].view);
         double sum = 0.0;
         for (std::size_t light = 0; light < _looks[0].truth.size(); ++light)
-            sum += surfaceChange(_looks[0].truth[light], _looks[1].truth[light], matches, _looks[0].judged[light],
-                                 _looks[1].judged[light])
-                       .changed;
+            sum += surfaceRivalry(_looks[0].truth[light], _looks[1].truth[light], around, _looks[0].judged[light],
+                                  _looks[1].judged[light])
+                       .share();
         _eyesTruth = sum / static_cast<double>(std::max<std::size_t>(1, _looks[0].truth.size()));
     }
     _path.clear();

@@ -184,12 +184,12 @@ Result<void> TradeBench::measure(TradeRow& row) {
         if (judgedIn[0][0] != _looks[0].judged[0]) row.judged = judgedIn[0][0];
     }
     if (_looks.size() == 2) {
-        const auto matches = matchSurfaces(_looks[0].points, _looks[1].points, _looks[1].view);
+        const auto around = surfacesAround(_looks[0].points, _looks[1].points, _looks[1].view);
         double sum = 0.0;
         for (std::size_t light = 0; light < _looks[0].truth.size(); ++light)
-            sum += surfaceChange((*factors)[0][light], (*factors)[1][light], matches, judgedIn[0][light],
-                                 judgedIn[1][light])
-                       .changed;
+            sum += surfaceRivalry((*factors)[0][light], (*factors)[1][light], around, judgedIn[0][light],
+                                  judgedIn[1][light])
+                       .share();
         errors.eyeMismatch = sum / static_cast<double>(std::max<std::size_t>(1, _looks[0].truth.size())) - _eyesTruth;
     }
     if (_path.empty()) return {};

@@ -52,15 +52,6 @@ Span bordered(const Span& covered, const ShadowFitRequest& request, double small
     return {covered.middle() - 0.5 * side, covered.middle() + 0.5 * side};
 }
 
-// The part of the scene's box that the view sees, relative to its eye. The far plane of an infinite view has no normal
-// and cuts nothing, which the box makes good.
-ConvexBody seenBody(const Box3d& sceneBounds, const View& view) {
-    ConvexBody body(sceneBounds, view.eyeWorld);
-    for (const Plane& plane : frustumOf(view.clipFromView * glm::dmat4(view.viewFromWorld)).planes)
-        if (plane.normal != glm::dvec3(0.0)) body.cut(plane);
-    return body;
-}
-
 void setBiases(ShadowFit& fit, const ShadowFitRequest& request) {
     // A slope bias given by hand replaces the automatic normal offset: both together would move shadows twice.
     const bool automaticSlope = !(request.offFactor >= 0.0f);
@@ -77,6 +68,25 @@ std::optional<glm::dmat3> worldFromLightOf(const glm::dvec3& directionWorld) {
 
 glm::dvec3 axisOf(const View& view) {
     return -glm::dvec3(view.viewFromWorld[0][2], view.viewFromWorld[1][2], view.viewFromWorld[2][2]);
+}
+
+// The part of the scene's box, or of what view i sees of it, within that view, relative to its eye. The far plane of an
+// infinite view has no normal and cuts nothing, which the box makes good.
+std::vector<glm::dvec3> seenBody(const Box3d& sceneBounds, std::span<const View> views, std::size_t i,
+                                 std::span<const ReceiverRange> receivers, std::span<const Plane> planes = {}) {
+    const View& view = views[i];
+    if (!receivers.empty() && receivers[i].boundsWorld.empty()) return {};
+    ConvexBody body(receivers.empty() ? sceneBounds : receivers[i].boundsWorld, view.eyeWorld);
+    for (const Plane& plane : frustumOf(view.clipFromView * glm::dmat4(view.viewFromWorld)).planes)
+        if (plane.normal != glm::dvec3(0.0)) body.cut(plane);
+    if (!receivers.empty()) {
+        // Rounding: what lies on the very plane must not be lost.
+        const double slack = 1e-9 * std::abs(receivers[i].farthest);
+        body.cut({axisOf(view), -(receivers[i].nearest - slack)});
+        body.cut({-axisOf(view), receivers[i].farthest + slack});
+    }
+    for (const Plane& plane : planes) body.cut(plane);
+    return body.corners();
 }
 
 void setViews(LightBody& body, std::span<const View> views) {
@@ -97,7 +107,8 @@ bool isAffine(const glm::dmat3& mapFromAcross) {
 }
 
 std::optional<LightBody> directionalBody(const glm::dvec3& directionWorld, const Box3d& sceneBounds,
-                                         std::span<const View> views, ShadowFitMode fit) {
+                                         std::span<const View> views, ShadowFitMode fit,
+                                         std::span<const ReceiverRange> receivers) {
     const auto worldFromLight = worldFromLightOf(directionWorld);
     if (sceneBounds.empty() || !worldFromLight) return std::nullopt;
     LightBody body;
@@ -110,10 +121,10 @@ std::optional<LightBody> directionalBody(const glm::dvec3& directionWorld, const
     }
     if (fit != ShadowFitMode::Scene) {
         setViews(body, views);
-        for (const View& view : views)
-            for (const glm::dvec3& corner : seenBody(sceneBounds, view).corners()) {
-                body.points.push_back((corner + view.eyeWorld) * *worldFromLight);
-                body.eyeDepths.push_back(glm::dot(corner, axisOf(view)));
+        for (std::size_t i = 0; i < views.size(); ++i)
+            for (const glm::dvec3& corner : seenBody(sceneBounds, views, i, receivers)) {
+                body.points.push_back((corner + views[i].eyeWorld) * *worldFromLight);
+                body.eyeDepths.push_back(glm::dot(corner, axisOf(views[i])));
             }
     }
     if (body.points.empty()) return std::nullopt;
@@ -127,7 +138,7 @@ std::optional<LightBody> directionalBody(const glm::dvec3& directionWorld, const
 
 std::optional<LightBody> spotBody(const glm::dvec3& positionWorld, const glm::dvec3& directionWorld, double outerAngle,
                                   double range, const Box3d& sceneBounds, std::span<const View> views,
-                                  ShadowFitMode fit) {
+                                  ShadowFitMode fit, std::span<const ReceiverRange> receivers) {
     const auto worldFromLight = worldFromLightOf(directionWorld);
     if (sceneBounds.empty() || !worldFromLight || !isFinite(positionWorld) || !(outerAngle > 0.0)) return std::nullopt;
     Span depth;
@@ -154,23 +165,29 @@ std::optional<LightBody> spotBody(const glm::dvec3& positionWorld, const glm::dv
         for (const glm::dvec3& axis : {axes[0], axes[1]})
             pyramid.push_back({glm::normalize(side * axis - result.rim * axes[2]), 0.0});
 
-    const auto include = [&](ConvexBody body, const glm::dvec3& originRelative, const View* view) {
-        for (Plane plane : pyramid) {
-            plane.offset += glm::dot(plane.normal, originRelative);
-            body.cut(plane);
-        }
-        for (const glm::dvec3& corner : body.corners()) {
-            glm::dvec3 cornerLight = (corner + originRelative) * axes;
-            cornerLight.z = std::min(cornerLight.z, -result.nearDistance);
-            result.points.push_back(cornerLight);
-            if (view) result.eyeDepths.push_back(glm::dot(corner, axisOf(*view)));
-        }
+    const auto pyramidAt = [&](const glm::dvec3& originRelative) {
+        std::vector<Plane> planes = pyramid;
+        for (Plane& plane : planes) plane.offset += glm::dot(plane.normal, originRelative);
+        return planes;
+    };
+    const auto include = [&](const glm::dvec3& cornerRelative) {
+        glm::dvec3 cornerLight = cornerRelative * axes;
+        cornerLight.z = std::min(cornerLight.z, -result.nearDistance);
+        result.points.push_back(cornerLight);
     };
     if (fit == ShadowFitMode::Scene) {
-        include(ConvexBody(sceneBounds, positionWorld), glm::dvec3(0.0), nullptr);
+        ConvexBody body(sceneBounds, positionWorld);
+        for (const Plane& plane : pyramid) body.cut(plane);
+        for (const glm::dvec3& corner : body.corners()) include(corner);
     } else {
         setViews(result, views);
-        for (const View& view : views) include(seenBody(sceneBounds, view), view.eyeWorld - positionWorld, &view);
+        for (std::size_t i = 0; i < views.size(); ++i) {
+            const glm::dvec3 eyeRelative = views[i].eyeWorld - positionWorld;
+            for (const glm::dvec3& corner : seenBody(sceneBounds, views, i, receivers, pyramidAt(eyeRelative))) {
+                include(corner + eyeRelative);
+                result.eyeDepths.push_back(glm::dot(corner, axisOf(views[i])));
+            }
+        }
     }
     if (result.points.empty()) return std::nullopt;
     return result;

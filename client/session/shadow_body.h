@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "client/session/receiver_range.h"
 #include "client/session/shadow_fit.h"
 
 namespace umbriel {
@@ -34,13 +35,15 @@ struct LightBody {
     }
 };
 
-// Nothing when nobody sees anything of the scene that the light can reach.
+// Nothing when nobody sees anything of the scene that the light can reach. receivers: by view, what it sees of the
+// scene; none: all of the scene's box that lies within its frustum.
 std::optional<LightBody> directionalBody(const glm::dvec3& directionWorld, const Box3d& sceneBounds,
-                                         std::span<const View> views, ShadowFitMode fit);
+                                         std::span<const View> views, ShadowFitMode fit,
+                                         std::span<const ReceiverRange> receivers = {});
 // outerAngle: radians, at most half of kMaxShadowFov counts; range: metres, 0: unlimited.
 std::optional<LightBody> spotBody(const glm::dvec3& positionWorld, const glm::dvec3& directionWorld, double outerAngle,
                                   double range, const Box3d& sceneBounds, std::span<const View> views,
-                                  ShadowFitMode fit);
+                                  ShadowFitMode fit, std::span<const ReceiverRange> receivers = {});
 
 // A map over the body. mapFromAcross: a homography of the plane across the light, positive third component on the body;
 // whatever its scale and place, the map is fitted around the body's picture. One that is affine (see isAffine) is taken

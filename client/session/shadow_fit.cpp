@@ -87,15 +87,17 @@ std::uint32_t resolveMapSize(std::uint32_t mapSize, PixelSize wall, std::uint32_
 }
 
 std::optional<ShadowFit> fitDirectional(const glm::dvec3& directionWorld, const Box3d& sceneBounds,
-                                        std::span<const View> views, const ShadowFitRequest& request) {
-    const auto body = directionalBody(directionWorld, sceneBounds, views, request.fit);
+                                        std::span<const View> views, const ShadowFitRequest& request,
+                                        std::span<const ReceiverRange> receivers) {
+    const auto body = directionalBody(directionWorld, sceneBounds, views, request.fit, receivers);
     return body ? fitBody(*body, request) : std::nullopt;
 }
 
 std::optional<ShadowFit> fitSpot(const glm::dvec3& positionWorld, const glm::dvec3& directionWorld, double outerAngle,
                                  double range, const Box3d& sceneBounds, std::span<const View> views,
-                                 const ShadowFitRequest& request) {
-    const auto body = spotBody(positionWorld, directionWorld, outerAngle, range, sceneBounds, views, request.fit);
+                                 const ShadowFitRequest& request, std::span<const ReceiverRange> receivers) {
+    const auto body =
+        spotBody(positionWorld, directionWorld, outerAngle, range, sceneBounds, views, request.fit, receivers);
     return body ? fitBody(*body, request) : std::nullopt;
 }
 
@@ -150,6 +152,9 @@ ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std:
     request.lispFactor = viewport.lispFactor;
     if (!(request.lispFactor > 0.0f)) request.lispFactor = replaced("lispFactor", request.lispFactor, 1.0f);
     request.map = request.mode;
+    request.tight = viewport.qualityMode && request.fit != ShadowFitMode::Scene &&
+                    (request.mode == ShadowMode::Trapezoid || request.mode == ShadowMode::LightSpacePerspective ||
+                     request.mode == ShadowMode::Perspective);
     if (isFiltered(request.mode)) {
         request.map = viewport.filteredMap;
         if (request.map != ShadowMode::Standard && request.map != ShadowMode::Perspective &&
@@ -196,7 +201,8 @@ ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std:
 }
 
 ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& lights, const Box3d& sceneBounds,
-                      std::span<const View> views, const ShadowFitRequest& request) {
+                      std::span<const View> views, const ShadowFitRequest& request,
+                      std::span<const ReceiverRange> receivers) {
     ShadowFits result;
     if (sceneBounds.empty()) return result;
     for (const LightInEffect& light : lights) {
@@ -230,7 +236,7 @@ ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& li
                     fmt::format("light {} has no direction and casts no shadow", nameOf(aspect, light)));
                 continue;
             }
-            add(fitDirectional(light.directionWorld, sceneBounds, views, own));
+            add(fitDirectional(light.directionWorld, sceneBounds, views, own, receivers));
         } else if (light.kind == LightKind::Spot) {
             const SpotLight* spot = aspect.findAs<SpotLight>(light.core);
             own.filter.lightSize = request.lightSize >= 0.0f ? request.lightSize : sizeOr(spot->radius);
@@ -246,7 +252,8 @@ ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& li
                                 nameOf(aspect, light), glm::degrees(2.0 * outer)));
                 fits = fitCube(light.positionWorld, spot->range, sceneBounds, own);
             } else {
-                add(fitSpot(light.positionWorld, light.directionWorld, outer, spot->range, sceneBounds, views, own));
+                add(fitSpot(light.positionWorld, light.directionWorld, outer, spot->range, sceneBounds, views, own,
+                            receivers));
             }
         } else if (light.kind == LightKind::Point || light.kind == LightKind::Goniometric) {
             const PointLight* point = aspect.findAs<PointLight>(light.core);
@@ -263,7 +270,7 @@ ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& li
             else
                 // At least a hair wide, for a scene that is a single point.
                 add(fitSpot(light.positionWorld, towards, std::max(std::asin(sine), 1e-9), range, sceneBounds, views,
-                            own));
+                            own, receivers));
         }
         for (ShadowFit& fit : fits) {
             fit.light = light.node;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "client/session/receiver_range.h"
 #include "common/math/box.h"
 #include "common/scene/traversal.h"
 #include "common/scene/windows.h"
@@ -39,7 +40,8 @@ inline constexpr float kConstantBias = 0.1f;
 // inside it has six.
 inline constexpr double kWidestSingle = 1.0471975511965976;  // 60 degrees
 
-// Spot cones wider than this get a cube, with a message: tan(87.5 degrees) is 23, beyond it texels are wasted on the rim.
+// Spot cones wider than this get a cube, with a message: tan(87.5 degrees) is 23, beyond it texels are wasted on the
+// rim.
 inline constexpr double kMaxShadowFov = 3.0543261909900767;  // 175 degrees
 
 struct ShadowFitRequest {
@@ -57,6 +59,7 @@ struct ShadowFitRequest {
     float lightSize = -1.0f;                 // of every light; negative: the light's own
     glm::dvec4 planeWorld{0.0};              // planar: unit normal and offset; 0: not known
     float blobSize = 1.0f;                   // blob
+    bool tight = false;                      // a warp fits what views really see, not all the scene's box within them
     friend bool operator==(const ShadowFitRequest&, const ShadowFitRequest&) = default;
 };
 
@@ -64,16 +67,19 @@ struct ShadowFitRequest {
 std::uint32_t resolveMapSize(std::uint32_t mapSize, PixelSize wall, std::uint32_t limit,
                              std::vector<std::string>& messages);
 
+// receivers: by view, for the fits that are tight.
+//
 // Nothing when no view sees a receiver, or the bounds are empty: then there is nothing to shadow. views are not looked
 // at in Scene mode.
 std::optional<ShadowFit> fitDirectional(const glm::dvec3& directionWorld, const Box3d& sceneBounds,
-                                        std::span<const View> views, const ShadowFitRequest& request);
+                                        std::span<const View> views, const ShadowFitRequest& request,
+                                        std::span<const ReceiverRange> receivers = {});
 
 // A perspective map down the cone, cut down to what the request's views see of it. outerAngle: radians from the axis;
 // range: metres, 0: unlimited. Nothing also when the scene lies behind the light or out of range.
 std::optional<ShadowFit> fitSpot(const glm::dvec3& positionWorld, const glm::dvec3& directionWorld, double outerAngle,
                                  double range, const Box3d& sceneBounds, std::span<const View> views,
-                                 const ShadowFitRequest& request);
+                                 const ShadowFitRequest& request, std::span<const ReceiverRange> receivers = {});
 
 // Shadows on one plane alone.
 bool isPlanar(ShadowMode mode);
@@ -90,6 +96,7 @@ struct ShadowFits {
     std::vector<std::string> messages;
 };
 ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& lights, const Box3d& sceneBounds,
-                      std::span<const View> views, const ShadowFitRequest& request);
+                      std::span<const View> views, const ShadowFitRequest& request,
+                      std::span<const ReceiverRange> receivers = {});
 
 }  // namespace umbriel

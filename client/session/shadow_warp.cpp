@@ -23,7 +23,7 @@ struct Corner {
 // The body in a frame turned into the view's direction.
 struct TurnedBody {
     glm::dmat3 turnedFromAcross{1.0};
-    double turn = 0.0;  // radians from the nearest quarter turn of the light's own axes: those make the same map
+    double turn = 0.0;   // radians from the nearest quarter turn of the light's own axes: those make the same map
     double share = 0.0;  // of the turn, 0 to 1: how much the view's direction means
     std::vector<Corner> corners;
     double length = 0.0;  // largest y
@@ -123,8 +123,8 @@ glm::dmat3 warpOf(const TurnedBody& body, double steepness) {
             lower = std::min(lower, x);
             upper = std::max(upper, x);
         }
-        // Many centres may be as good, or nearly: a little weight on the middle makes one of them the best, and keeps it
-        // from jumping from one end of them to the other.
+        // Many centres may be as good, or nearly: a little weight on the middle makes one of them the best, and keeps
+        // it from jumping from one end of them to the other.
         const double off = (centre - middle) / extent;
         return (upper - lower) + 0.1 * extent * off * off;
     };

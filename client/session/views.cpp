@@ -8,6 +8,7 @@
 #include <map>
 
 #include "client/session/camera.h"
+#include "client/session/receiver_range.h"
 #include "client/session/shadow_fit.h"
 #include "client/session/shadow_plane.h"
 #include "common/scene/deformation.h"
@@ -180,7 +181,9 @@ Result<ResolvedViews> resolveViews(const Aspect& aspect, Ref<Window> windowRef, 
         if (request.mode == ShadowMode::VolumeZPass || request.mode == ShadowMode::VolumeZFail)
             addOnce(messages, openCasters(aspect, viewport, geometryBounds));
         addOnce(result.warnings, messages);
-        const ShadowFits fits = fitShadows(aspect, lights, facts.bounds, seen, request);
+        std::vector<ReceiverRange> receivers;
+        if (request.tight) receivers = receiverRanges(partBounds(aspect, viewport.root, geometryBounds), seen);
+        const ShadowFits fits = fitShadows(aspect, lights, facts.bounds, seen, request, receivers);
         addOnce(result.warnings, fits.messages);
         for (std::size_t index : group.views) result.views.views[index].fits = fits.fits;
     }

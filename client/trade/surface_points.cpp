@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace umbriel {
 namespace {
@@ -107,26 +108,67 @@ std::vector<std::uint8_t> depthZones(const SurfacePoints& points, const std::vec
     return zones;
 }
 
+namespace {
+
+// Where a pixel's point lies in another picture, in pixels from the upper left corner; nothing where it is outside.
+std::optional<glm::dvec2> placeIn(const SurfacePoints& to, const View& toView, const glm::dvec3& relative) {
+    const glm::dvec4 clip = toView.clipFromView * glm::dvec4(toView.viewFromWorld * relative, 1.0);
+    if (!(clip.w > 0.0)) return std::nullopt;
+    const glm::dvec2 place((clip.x / clip.w * 0.5 + 0.5) * to.width, (0.5 - clip.y / clip.w * 0.5) * to.height);
+    if (!(place.x >= 0.0 && place.y >= 0.0 && place.x < to.width && place.y < to.height)) return std::nullopt;
+    return place;
+}
+
+// Whether pixel j shows the surface that the point lies on.
+bool shows(const SurfacePoints& to, std::size_t j, std::uint32_t node, const glm::dvec3& relative) {
+    if (to.nodes[j] != node) return false;
+    const auto width = static_cast<std::size_t>(to.width);
+    const std::size_t column = j % width;
+    const std::size_t beside = column + 1 < width ? j + 1 : j - (column > 0 ? 1 : 0);
+    if (!to.covered(beside)) return false;
+    const double off = std::abs(glm::dot(glm::dvec3(to.normals[j]), relative - glm::dvec3(to.relative[j])));
+    return off <= kPixels * footprint(to, j, beside);
+}
+
+}  // namespace
+
 std::vector<std::uint32_t> matchSurfaces(const SurfacePoints& from, const SurfacePoints& to, const View& toView) {
     std::vector<std::uint32_t> matches(from.size(), kNoMatch);
     const glm::dvec3 apart = from.eyeWorld - to.eyeWorld;
     for (std::size_t i = 0; i < from.size(); ++i) {
         if (!from.covered(i)) continue;
         const glm::dvec3 relative = apart + glm::dvec3(from.relative[i]);
-        const glm::dvec4 clip = toView.clipFromView * glm::dvec4(toView.viewFromWorld * relative, 1.0);
-        if (!(clip.w > 0.0)) continue;
-        const double x = (clip.x / clip.w * 0.5 + 0.5) * to.width, y = (0.5 - clip.y / clip.w * 0.5) * to.height;
-        if (!(x >= 0.0 && y >= 0.0 && x < to.width && y < to.height)) continue;
-        const auto column = static_cast<std::size_t>(x), row = static_cast<std::size_t>(y);
-        const auto width = static_cast<std::size_t>(to.width);
-        const std::size_t j = row * width + column;
-        if (to.nodes[j] != from.nodes[i]) continue;
-        const std::size_t beside = column + 1 < width ? j + 1 : j - (column > 0 ? 1 : 0);
-        if (!to.covered(beside)) continue;
-        const double off = std::abs(glm::dot(glm::dvec3(to.normals[j]), relative - glm::dvec3(to.relative[j])));
-        if (off <= kPixels * footprint(to, j, beside)) matches[i] = static_cast<std::uint32_t>(j);
+        const auto place = placeIn(to, toView, relative);
+        if (!place) continue;
+        const std::size_t j = static_cast<std::size_t>(place->y) * static_cast<std::size_t>(to.width) +
+                              static_cast<std::size_t>(place->x);
+        if (shows(to, j, from.nodes[i], relative)) matches[i] = static_cast<std::uint32_t>(j);
     }
     return matches;
+}
+
+std::vector<std::array<std::uint32_t, 4>> surfacesAround(const SurfacePoints& from, const SurfacePoints& to,
+                                                         const View& toView) {
+    std::vector<std::array<std::uint32_t, 4>> around(from.size(), {kNoMatch, kNoMatch, kNoMatch, kNoMatch});
+    const glm::dvec3 apart = from.eyeWorld - to.eyeWorld;
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        if (!from.covered(i)) continue;
+        const glm::dvec3 relative = apart + glm::dvec3(from.relative[i]);
+        const auto place = placeIn(to, toView, relative);
+        if (!place) continue;
+        const int column = static_cast<int>(place->x), row = static_cast<int>(place->y);
+        // The neighbour on the side of the pixel that the place is on.
+        const int beside = place->x - column < 0.5 ? -1 : 1, above = place->y - row < 0.5 ? -1 : 1;
+        for (std::size_t k = 0; k < 4; ++k) {
+            const int x = column + (k % 2 == 1 ? beside : 0), y = row + (k / 2 == 1 ? above : 0);
+            if (x < 0 || y < 0 || x >= to.width || y >= to.height) continue;
+            const auto j =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(to.width) + static_cast<std::size_t>(x);
+            if (shows(to, j, from.nodes[i], relative)) around[i][k] = static_cast<std::uint32_t>(j);
+            if (k == 0 && around[i][0] == kNoMatch) break;
+        }
+    }
+    return around;
 }
 
 }  // namespace umbriel

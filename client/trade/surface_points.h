@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -50,5 +51,10 @@ std::vector<std::uint8_t> depthZones(const SurfacePoints& points, const std::vec
 // what is there lies within a pixel and a half of it on the same node. kNoMatch where it is hidden or outside.
 inline constexpr std::uint32_t kNoMatch = ~0u;
 std::vector<std::uint32_t> matchSurfaces(const SurfacePoints& from, const SurfacePoints& to, const View& toView);
+
+// Likewise the four pixels of `to` whose centres surround the point's place; first the one that shows it. kNoMatch for
+// those that show another node, or something else than the point's tangent plane, and for all where the first is that.
+std::vector<std::array<std::uint32_t, 4>> surfacesAround(const SurfacePoints& from, const SurfacePoints& to,
+                                                         const View& toView);
 
 }  // namespace umbriel

@@ -169,6 +169,28 @@ SurfaceChange surfaceChange(std::span<const float> first, std::span<const float>
     return change;
 }
 
+SurfaceRivalry surfaceRivalry(std::span<const float> first, std::span<const float> second,
+                              std::span<const std::array<std::uint32_t, 4>> around,
+                              std::span<const std::uint8_t> judgedFirst, std::span<const std::uint8_t> judgedSecond) {
+    UMBRIEL_ASSERT(
+        around.size() == first.size() && judgedFirst.size() == first.size() && judgedSecond.size() == second.size(),
+        "a place for each pixel");
+    SurfaceRivalry result;
+    for (std::size_t i = 0; i < first.size(); ++i) {
+        if (around[i][0] == kUnmatched || judgedFirst[i] == 0) continue;
+        bool isJudged = true, isAlone = true;
+        for (const std::uint32_t j : around[i]) {
+            if (j == kUnmatched) continue;
+            isJudged = isJudged && judgedSecond[j] != 0;
+            isAlone = isAlone && (first[i] > 0.5f) != (second[j] > 0.5f);
+        }
+        if (!isJudged) continue;
+        ++result.points;
+        result.rivals += isAlone ? 1U : 0U;
+    }
+    return result;
+}
+
 MachBandDifference shadowMachBands(const ShadowFactors& factors) {
     check(factors);
     FloatImage truth(factors.width, factors.height, {"Y"}), result(factors.width, factors.height, {"Y"});

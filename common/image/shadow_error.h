@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -76,6 +77,20 @@ struct SurfaceChange {
 SurfaceChange surfaceChange(std::span<const float> first, std::span<const float> second,
                             std::span<const std::uint32_t> matches, std::span<const std::uint8_t> judgedFirst,
                             std::span<const std::uint8_t> judgedSecond);
+
+// Rivalry: the share of points that one picture shows on another side of 1/2 than all the pixels around their place in
+// the other one. Neighbours of a shadow's edge fall to its one side or the other by chance in each picture, which this
+// leaves out: no state between the two can be seen where the edge runs through the pixels around. around: up to four
+// pixels of the second picture for each one of the first, kUnmatched for none. Points count whose first entry is there
+// and whose pixels are all judged.
+struct SurfaceRivalry {
+    std::uint64_t points = 0;
+    std::uint64_t rivals = 0;
+    double share() const { return points == 0 ? 0.0 : static_cast<double>(rivals) / static_cast<double>(points); }
+};
+SurfaceRivalry surfaceRivalry(std::span<const float> first, std::span<const float> second,
+                              std::span<const std::array<std::uint32_t, 4>> around,
+                              std::span<const std::uint8_t> judgedFirst, std::span<const std::uint8_t> judgedSecond);
 
 // What a retina makes of the difference, where pixels that are not judged show the truth in both pictures.
 MachBandDifference shadowMachBands(const ShadowFactors& factors);

@@ -173,6 +173,25 @@ bool GeometryBounds::isClosed(const Geometry& geometry) {
     return entry.isClosed;
 }
 
+const std::vector<Box3d>& GeometryBounds::parts(const Geometry& geometry) {
+    PartsEntry& entry = _parts[geometry.id()];
+    entry.used = true;
+    if (entry.positions && sameChunks(*entry.positions, geometry.positions.storage()) &&
+        sameChunks(*entry.indices, geometry.indices.storage()))
+        return entry.boxes;
+    entry.positions = geometry.positions.storage();
+    entry.indices = geometry.indices.storage();
+    entry.boxes.clear();
+    const std::vector<glm::vec3> positions = geometry.positions.toVector();
+    const std::vector<std::uint32_t> indices = geometry.indices.toVector();
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+        if (i % (3 * kPartTriangles) == 0) entry.boxes.emplace_back();
+        if (indices[i] < positions.size() && isFinite(glm::dvec3(positions[indices[i]])))
+            entry.boxes.back().include(glm::dvec3(positions[indices[i]]));
+    }
+    return entry.boxes;
+}
+
 void GeometryBounds::sweep() {
     const auto forget = [](auto& entries) {
         std::erase_if(entries, [](const auto& entry) { return !entry.second.used; });
@@ -180,6 +199,7 @@ void GeometryBounds::sweep() {
     };
     forget(_entries);
     forget(_closed);
+    forget(_parts);
     forget(_deformed);
 }
 
@@ -221,6 +241,24 @@ Box3d worldBounds(const Aspect& aspect, Ref<Node> root, GeometryBounds& bounds,
         if (std::find(excluded.begin(), excluded.end(), visited.ref) != excluded.end()) return Descend::No;
         if (visited.core && isA<Geometry>(*visited.core))
             include(transformed(visited.worldFromNode, bounds.of(aspect, Ref<Geometry>(visited.core->id()))));
+        else if (visited.core && isA<DeformedGeometry>(*visited.core))
+            include(deformedWorldBounds(aspect, root, visited, static_cast<const DeformedGeometry&>(*visited.core),
+                                        bounds, hierarchy));
+        return Descend::Yes;
+    });
+    return result;
+}
+
+std::vector<Box3d> partBounds(const Aspect& aspect, Ref<Node> root, GeometryBounds& bounds) {
+    std::vector<Box3d> result;
+    std::optional<Hierarchy> hierarchy;
+    const auto include = [&](const Box3d& box) {
+        if (!box.empty() && isFinite(box.lower) && isFinite(box.upper)) result.push_back(box);
+    };
+    traverse(aspect, root, std::nullopt, [&](const VisitedNode& visited) {
+        if (visited.core && isA<Geometry>(*visited.core))
+            for (const Box3d& part : bounds.parts(static_cast<const Geometry&>(*visited.core)))
+                include(transformed(visited.worldFromNode, part));
         else if (visited.core && isA<DeformedGeometry>(*visited.core))
             include(deformedWorldBounds(aspect, root, visited, static_cast<const DeformedGeometry&>(*visited.core),
                                         bounds, hierarchy));

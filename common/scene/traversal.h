@@ -66,6 +66,9 @@ class GeometryBounds {
     const DeformedBounds& deformed(const Geometry& geometry, std::size_t jointCount);
     // isClosedSurface(), of the pose at rest; kept likewise.
     bool isClosed(const Geometry& geometry);
+    // Boxes around runs of kPartTriangles triangles in the order of the indices, of the pose at rest; kept likewise.
+    static constexpr std::size_t kPartTriangles = 128;
+    const std::vector<Box3d>& parts(const Geometry& geometry);
     // Forgets geometries that were not asked for since the last sweep.
     void sweep();
 
@@ -87,7 +90,13 @@ class GeometryBounds {
         bool used = true;
     };
     std::unordered_map<ContainerId, Entry> _entries;
+    struct PartsEntry {
+        std::optional<MultiStorage> positions, indices;  // as Entry::positions
+        std::vector<Box3d> boxes;
+        bool used = true;
+    };
     std::unordered_map<ContainerId, ClosedEntry> _closed;
+    std::unordered_map<ContainerId, PartsEntry> _parts;
     std::unordered_map<ContainerId, DeformedEntry> _deformed;
 };
 
@@ -98,6 +107,10 @@ Box3d worldBounds(const Aspect& aspect, Ref<Node> root, GeometryBounds& bounds,
                   const std::vector<Ref<Node>>& excluded = {});
 // For one look; a frame loop keeps its GeometryBounds.
 Box3d worldBounds(const Aspect& aspect, Ref<Node> root);
+
+// The same in parts, for who wants to know where things are: the boxes of GeometryBounds::parts() in the world, of a
+// deformed geometry one. Nothing of worldBounds() is outside of all of them but vertices of no triangle.
+std::vector<Box3d> partBounds(const Aspect& aspect, Ref<Node> root, GeometryBounds& bounds);
 
 enum class LightKind : std::uint32_t { Ambient, Directional, Point, Spot, Goniometric };
 

@@ -126,7 +126,7 @@ struct Viewport : Container {
     Single<glm::vec3> shadowColor;         // 0: physical
     Multi<Ref<Node>> lightNodes;           // none: all lights found below root
     Multi<Ref<Node>> excludeNodes;         // cast no shadow
-    Single<bool> qualityMode{false};       // filters: wider penumbrae and more samples
+    Single<bool> qualityMode{false};       // filters: wider penumbrae, more samples; warps: see docs/shadows.md
     Single<float> range{0.3f};             // trapezoid: share of the view's depth that gets 80 % of the map; (0, 0.8)
     Single<float> maxSideAngle{1.5f};      // trapezoid: radians between its sides; beyond, the warp is weakened
     Single<float> lispFactor{1.0f};        // LISP: the optimal near distance times this; infinity is no warp

@@ -63,6 +63,32 @@ TEST_F(Walls, TilesAreBitEqualToOneServerForEveryModule) {
     }
 }
 
+// Fits to what is really seen: computed once, by the client, from the frame's own scene, so tiles agree to the bit and
+// a single frame is as good as the hundredth; and with less error than fits to the scene's box.
+TEST_F(Walls, QualityModeFitsWarpsToWhatIsSeen) {
+    block({-120, -1, -120}, {120, 0, 120});
+    block({-2, 40, -110}, {2, 42, -108});  // makes the scene's box high and long
+    for (int i = 0; i < 24; ++i)
+        block({-6.0 + i % 8, 0, 2.0 * (i / 8)}, {-5.6 + i % 8, 0.6 + 0.1 * (i % 5), 2.0 * (i / 8) + 0.5});
+    finishScene(LightPlace::Directional, {0, 0, 0}, {0.5, -0.7, -0.3});
+    look({0, 7, 12}, {0, 0, 2}, 0.6);
+    const PixelSize wall{300, 200};
+    for (const ShadowMode mode : {ShadowMode::Trapezoid, ShadowMode::LightSpacePerspective, ShadowMode::Perspective}) {
+        scene->edit(viewport).set<&Viewport::shadowMode>(mode).set<&Viewport::mapSize>(256u);
+        scene->edit(viewport).set<&Viewport::qualityMode>(false);
+        const Errors plain = measure(wall);
+        scene->edit(viewport).set<&Viewport::qualityMode>(true);
+        const Errors tight = measure(wall);
+        std::printf("module %d: %.3f %%, to what is seen %.3f %%\n", int(mode), 100 * plain.error, 100 * tight.error);
+        EXPECT_LT(tight.error, 0.9 * plain.error) << int(mode);
+        const WallViews views = resolved(wall, TileMode::Exact);
+        const auto whole = drawWall(views);
+        const auto tiled = drawWall(views, 2, 2);
+        ASSERT_EQ(whole.size(), tiled.size());
+        for (std::size_t i = 0; i < whole.size(); ++i) EXPECT_EQ(differingPixels(whole[i], tiled[i]), 0u) << names[i];
+    }
+}
+
 // The scene's fit does not know the camera.
 TEST_F(Walls, TheScenesFitIsTheSameForEveryCamera) {
     buildTown(30.0, 10);

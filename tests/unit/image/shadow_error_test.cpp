@@ -130,6 +130,25 @@ TEST(SurfaceChange, ComparesMatchedPixels) {
     EXPECT_EQ(surfaceChange(first, first, same, judged, judged).mean, 0.0);
 }
 
+TEST(SurfaceRivalry, IsToDifferFromAllPixelsAround) {
+    constexpr std::uint32_t kNone = kUnmatched;
+    using Around = std::vector<std::array<std::uint32_t, 4>>;
+    const std::vector<float> first = {0, 0, 1, 1, 0}, second = {1, 1, 0, 1, 1};
+    std::vector<std::uint8_t> judged(5, 1);
+    // Alone among two; beside one of its kind; alone against one; alike; hidden.
+    const Around around = {
+        {0, 1, kNone, kNone}, {1, 2, 0, kNone}, {2, kNone, kNone, kNone}, {3, 2, 1, 0}, {kNone, kNone, kNone, kNone}};
+    SurfaceRivalry rivalry = surfaceRivalry(first, second, around, judged, judged);
+    EXPECT_EQ(rivalry.points, 4u);
+    EXPECT_EQ(rivalry.rivals, 2u);
+    EXPECT_EQ(rivalry.share(), 0.5);
+    judged[2] = 0;  // in both pictures: takes the second, third and fourth out
+    rivalry = surfaceRivalry(first, second, around, judged, judged);
+    EXPECT_EQ(rivalry.points, 1u);
+    EXPECT_EQ(rivalry.rivals, 1u);
+    EXPECT_EQ(surfaceRivalry({}, {}, {}, {}, {}).share(), 0.0);
+}
+
 TEST(ShadowPerception, EqualFactorsShowNoDifference) {
     const auto truth = litFrom(20, 6.0);
     EXPECT_EQ(shadowDeltaE(factorsOf(truth, truth)).max, 0.0);

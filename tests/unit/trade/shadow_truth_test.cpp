@@ -350,6 +350,19 @@ TEST_F(Truth, TheOtherEyeSeesTheSamePoints) {
             else
                 EXPECT_EQ(match, static_cast<std::uint32_t>(y * kSide + x - 3));
         }
+    // Another third of a pixel on: the pixel's neighbours to the left surround the place.
+    view.eyeWorld.x = right.eyeWorld.x = moved + 0.3 * kExtent / kSide;
+    const auto around = surfacesAround(left, right, view);
+    for (int y = 1; y + 1 < kSide; ++y)
+        for (int x = 5; x + 1 < kSide; ++x) {
+            const auto& four = around[static_cast<std::size_t>(y * kSide + x)];
+            const auto hit = static_cast<std::uint32_t>(y * kSide + x - 3);
+            EXPECT_EQ(four[0], hit);
+            EXPECT_EQ(four[1], hit - 1);
+            EXPECT_TRUE(four[2] == hit - kSide || four[2] == hit + kSide);
+            EXPECT_EQ(four[3], four[2] - 1);
+        }
+    EXPECT_EQ(around[static_cast<std::size_t>(kSide)][0], kNoMatch);
 }
 
 }  // namespace
