@@ -1,6 +1,7 @@
 #include "common/net/memory_pump.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -263,9 +264,22 @@ void MemoryNetwork::deliver(std::uint64_t number, int to, const std::vector<std:
     _delivered += bytes.size();
     End& sender = found->second.ends[1 - to];
     sender.underWay -= bytes.size();
-    end.endpoint->received(end.id, bytes, now(*end.endpoint));
+    hand(end, bytes);
     turn(*end.endpoint);
     if (_options.window > 0 && sender.endpoint && !sender.gone && _hosts.count(sender.endpoint)) turn(*sender.endpoint);
+}
+
+// As a pump of sockets does: what has room is put there.
+void MemoryNetwork::hand(const End& end, std::span<const std::byte> bytes) {
+    std::array<std::span<std::byte>, 4> places;
+    std::size_t placed = 0;
+    for (std::size_t i = 0, count = end.endpoint->room(end.id, places); i < count && placed < bytes.size(); ++i) {
+        const std::size_t size = std::min(places[i].size(), bytes.size() - placed);
+        std::copy_n(bytes.data() + placed, size, places[i].data());
+        placed += size;
+    }
+    if (placed > 0) end.endpoint->placed(end.id, placed, now(*end.endpoint));
+    if (placed < bytes.size()) end.endpoint->received(end.id, bytes.subspan(placed), now(*end.endpoint));
 }
 
 // The other side sees the end after what was sent before it.

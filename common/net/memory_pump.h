@@ -124,6 +124,7 @@ class MemoryNetwork {
     void reach(protocol::Endpoint* endpoint, std::function<void()> what);
     void connect(protocol::Endpoint& endpoint, const protocol::Action& action, TimePoint since);
     void transmit(std::uint64_t pipe, int from, std::vector<std::byte> bytes);
+    void hand(const End& end, std::span<const std::byte> bytes);
     void deliver(std::uint64_t pipe, int to, const std::vector<std::byte>& bytes);
     void hangUp(std::uint64_t pipe, int from);
     void endReaches(std::uint64_t pipe, int side, const std::string& reason);

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cerrno>
 #include <cstring>
@@ -27,6 +28,9 @@ using protocol::Action;
 namespace {
 
 constexpr std::size_t kReadBytes = 256 * 1024;
+// What has room elsewhere: a part of a blob, chunk by chunk; and the beginning of the next part behind it.
+constexpr std::size_t kPlacesPerRead = 17;
+constexpr std::size_t kReadBehindRoom = 4096;
 constexpr std::size_t kSegmentsPerWrite = 32;
 constexpr int kEventsPerWait = 256;
 // What one connection writes before others have their turn.
@@ -61,6 +65,22 @@ ssize_t send(int socket, const protocol::SendQueue& queue) {
     message.msg_iov = vectors.data();
     message.msg_iovlen = count;
     return ::sendmsg(socket, &message, MSG_DONTWAIT | MSG_NOSIGNAL);
+}
+
+std::size_t sizeOf(std::span<const std::span<std::byte>> places) {
+    std::size_t size = 0;
+    for (const auto place : places) size += place.size();
+    return size;
+}
+
+ssize_t receive(int socket, std::span<const std::span<std::byte>> places) {
+    if (places.size() == 1) return ::recv(socket, places[0].data(), places[0].size(), MSG_DONTWAIT);
+    std::array<iovec, kPlacesPerRead + 1> vectors;
+    for (std::size_t i = 0; i < places.size(); ++i) vectors[i] = {places[i].data(), places[i].size()};
+    msghdr message{};
+    message.msg_iov = vectors.data();
+    message.msg_iovlen = places.size();
+    return ::recvmsg(socket, &message, MSG_DONTWAIT);
 }
 
 // As the kernel has it; older C libraries do not declare it.
@@ -180,12 +200,23 @@ void SocketLoop::serve(std::span<const std::pair<Id, std::uint32_t>> ready, std:
 void SocketLoop::read(Id id, bool ended) {
     const auto found = _connections.find(id);
     if (found == _connections.end()) return;
-    const ssize_t count = ::recv(found->second.socket, _buffer.get(), kReadBytes, MSG_DONTWAIT);
-    if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return;
-    if (count <= 0) return close(id, count == 0 ? std::string("the connection was closed") : textOf(errno));
+    Connection& connection = found->second;
+    std::array<std::span<std::byte>, kPlacesPerRead + 1> places;
+    const std::size_t count = connection.closing ? 0 : _endpoint.room(id, std::span(places).first(kPlacesPerRead));
+    // With room, little more is read than what belongs there: the next bytes may have room, too.
+    places[count] = std::span(_buffer.get(), count > 0 ? kReadBehindRoom : kReadBytes);
+    const std::size_t room = sizeOf(std::span(places).first(count));
+    const std::size_t most = room + places[count].size();
+    const ssize_t result = receive(connection.socket, std::span(places).first(count + 1));
+    if (result < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return;
+    if (result <= 0) return close(id, result == 0 ? std::string("the connection was closed") : textOf(errno));
+    const auto bytes = static_cast<std::size_t>(result);
+    if (!connection.closing) {
+        if (room > 0) _endpoint.placed(id, std::min(bytes, room), _now);
+        if (bytes > room) _endpoint.received(id, std::span(_buffer.get(), bytes - room), _now);
+    }
     // There is more: others have their turn first.
-    if (ended || count == kReadBytes) watch(_epoll, EPOLL_CTL_MOD, found->second.socket, id, found->second.blocked);
-    if (!found->second.closing) _endpoint.received(id, std::span(_buffer.get(), static_cast<std::size_t>(count)), _now);
+    if (ended || bytes == most) watch(_epoll, EPOLL_CTL_MOD, connection.socket, id, connection.blocked);
 }
 
 // What is queued, as far as the socket takes it at once.

@@ -12,8 +12,7 @@ namespace {
 constexpr std::size_t kQueueTarget = std::size_t{1} << 20;
 // Tiles of so many frames may be under way.
 constexpr std::uint64_t kFramesKept = 2;
-// Of a blob: short enough that most messages lie as a whole in what the receiver reads at once, so it need not join them.
-constexpr std::size_t kChunksPerMessage = 4;
+constexpr std::size_t kChunksPerMessage = wire::kChunkBytes / MultiStorage::kChunkBytes;
 
 }  // namespace
 
@@ -96,7 +95,30 @@ Result<std::optional<wire::Blob>> BlobReceiver::part(const wire::BlobData& data)
         return failure(fmt::format("blob {} begins before blob {} has ended", toHex(data.hash), toHex(*_begun)));
     _begun = data.hash;
     if (const auto added = partial.assembler.add(data.bytes); !added) return added.error();
-    partial.received += data.bytes.size();
+    return received(found, data.bytes.size());
+}
+
+Result<std::optional<wire::Blob>> BlobReceiver::more(std::span<const std::byte> bytes) {
+    if (!_begun) return failure("a blob goes on after its last byte");
+    const auto found = _partial.find(*_begun);
+    if (const auto added = found->second.assembler.add(bytes); !added) return added.error();
+    return received(found, bytes.size());
+}
+
+std::size_t BlobReceiver::room(std::span<std::span<std::byte>> places) {
+    return _begun ? _partial.find(*_begun)->second.assembler.room(places) : 0;
+}
+
+Result<std::optional<wire::Blob>> BlobReceiver::filled(std::size_t count) {
+    UMBRIEL_ASSERT(_begun, "only room that was given can be filled");
+    const auto found = _partial.find(*_begun);
+    found->second.assembler.filled(count);
+    return received(found, count);
+}
+
+Result<std::optional<wire::Blob>> BlobReceiver::received(Partials::iterator found, std::size_t count) {
+    Partial& partial = found->second;
+    partial.received += count;
     if (!partial.assembler.complete()) return std::optional<wire::Blob>();
     auto blob = partial.assembler.finish();
     _partial.erase(found);

@@ -62,6 +62,12 @@ class BlobReceiver {
     // A blob when this part completes it. An error when it was not asked for, is out of order, or is not what its hash
     // says.
     Result<std::optional<wire::Blob>> part(const wire::BlobData& data);
+    // More bytes of the part before; likewise.
+    Result<std::optional<wire::Blob>> more(std::span<const std::byte> bytes);
+    // Where those bytes belong, so that they need not lie elsewhere before. Returns how many places were set.
+    std::size_t room(std::span<std::span<std::byte>> places);
+    // As more(), of so many bytes that were written there.
+    Result<std::optional<wire::Blob>> filled(std::size_t count);
 
  private:
     struct Partial {
@@ -69,7 +75,10 @@ class BlobReceiver {
         std::uint64_t bytes;
         std::uint64_t received = 0;
     };
-    std::map<Hash128, Partial> _partial;
+    using Partials = std::map<Hash128, Partial>;
+    Result<std::optional<wire::Blob>> received(Partials::iterator partial, std::size_t count);
+
+    Partials _partial;
     std::optional<Hash128> _begun;  // one after the other: each that has begun takes memory ahead of what has come
 };
 

@@ -285,6 +285,9 @@ class ClusterClient final : public LinkedEndpoint {
     void linkOpen(ConnectionId connection, Peer& peer, TimePoint now) override;
     void message(ConnectionId connection, Peer& peer, wire::MessageType type, std::span<const std::byte> payload,
                  TimePoint now) override;
+    void more(ConnectionId connection, Peer& peer, std::span<const std::byte> bytes, TimePoint now) override;
+    std::size_t roomForMore(ConnectionId connection, const Peer& peer, std::span<std::span<std::byte>> places) override;
+    void morePlaced(ConnectionId connection, Peer& peer, std::size_t count, TimePoint now) override;
     void linkClosed(ConnectionId connection, Peer& peer, const std::string& reason, TimePoint now) override;
     void handled(TimePoint now) override { progress(now); }
     // For one that dialled us: whose place it takes, or why it has none.
@@ -313,6 +316,8 @@ class ClusterClient final : public LinkedEndpoint {
     Result<void> jobMessage(std::size_t server, wire::MessageType type, std::span<const std::byte> payload);
     void sessionBegun(std::size_t server);
     void sessionEnded(std::size_t server, const Session& session, const std::string& reason);
+    Result<void> resultReceived(std::size_t server, Result<std::optional<wire::Blob>> blob);
+    Result<void> tell(JobNews news);
     void tellOfJobs(JobNews news);
     // The control link of that session; null when it has ended.
     Link* jobLink(JobPeer peer);

@@ -77,16 +77,43 @@ Result<void> ClusterClient::jobMessage(std::size_t index, MessageType type, std:
     } else {
         const auto data = wire::decode<wire::BlobData>(payload);
         if (!data) return data.error();
-        auto blob = session.results->part(*data);
-        if (!blob) return blob.error();
-        if (!*blob) return {};
-        news.kind = JobNews::Kind::Result;
-        news.result = std::move(**blob);
+        return resultReceived(index, session.results->part(*data));
     }
-    if (_jobNews.size() >= kMaxNews)
-        return failure(fmt::format("a {} message that nobody asked for", wire::ruleOf(type).name));
+    return tell(std::move(news));
+}
+
+Result<void> ClusterClient::resultReceived(std::size_t index, Result<std::optional<wire::Blob>> blob) {
+    if (!blob) return blob.error();
+    if (!*blob) return {};
+    JobNews news;
+    news.kind = JobNews::Kind::Result;
+    news.peer = {index, _servers[index].session.number};
+    news.result = std::move(**blob);
+    return tell(std::move(news));
+}
+
+Result<void> ClusterClient::tell(JobNews news) {
+    if (_jobNews.size() >= kMaxNews) return failure("it says more of jobs than anybody asked for");
     tellOfJobs(std::move(news));
     return {};
+}
+
+void ClusterClient::more(ConnectionId, Peer& peer, std::span<const std::byte> bytes, TimePoint now) {
+    const std::size_t server = placeOf(peer.tag).server;
+    if (const auto done = resultReceived(server, _servers[server].session.results->more(bytes)); !done)
+        lose(server, fmt::format("{}: {}", textOf(server), done.error().message), now);
+}
+
+std::size_t ClusterClient::roomForMore(ConnectionId connection, const Peer& peer,
+                                       std::span<std::span<std::byte>> places) {
+    const Session& session = _servers[placeOf(peer.tag).server].session;
+    return session.bulk == connection ? session.results->room(places) : 0;
+}
+
+void ClusterClient::morePlaced(ConnectionId, Peer& peer, std::size_t count, TimePoint now) {
+    const std::size_t server = placeOf(peer.tag).server;
+    if (const auto done = resultReceived(server, _servers[server].session.results->filled(count)); !done)
+        lose(server, fmt::format("{}: {}", textOf(server), done.error().message), now);
 }
 
 void ClusterClient::sessionBegun(std::size_t index) {

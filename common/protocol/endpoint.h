@@ -36,6 +36,11 @@ class Endpoint {
     // The reason is bad input when dialling again can never help (an address that is not allowed), else a failure.
     virtual void dialFailed(std::uint64_t dialTag, const Error& reason, TimePoint now) = 0;
     virtual void received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) = 0;
+    // Where the next bytes of this connection are to lie in the end: a pump may put them there, one place after the
+    // other, and say so, instead of giving them to received(). Returns how many places were set; valid until the next
+    // call. What comes behind the last place goes to received().
+    virtual std::size_t room(ConnectionId, std::span<std::span<std::byte>>) { return 0; }
+    virtual void placed(ConnectionId, std::size_t, TimePoint) {}
     // Some of the connection's queue was written.
     virtual void written(ConnectionId connection, TimePoint now) = 0;
     // The connection is gone, whoever ended it. Called once for every connection that was opened.

@@ -12,6 +12,9 @@ using wire::MessageType;
 
 namespace {
 
+// Header, what the bytes are, and one of them.
+constexpr std::size_t kBlobDataBeginning = wire::kHeaderBytes + wire::BlobData::kOverhead + 1;
+
 bool isHandshake(MessageType type) {
     return type == MessageType::Hello || type == MessageType::Welcome || type == MessageType::Refuse;
 }
@@ -48,7 +51,20 @@ bool Link::join(std::size_t bytes) {
     return _input.size() >= bytes;
 }
 
+void Link::placed(std::size_t count, TimePoint now) {
+    UMBRIEL_ASSERT(count <= moreToCome() && _borrowed.empty(), "what is placed comes next");
+    _lastReceived = now;
+    _moreToCome -= count;
+}
+
 LinkEvent Link::next() {
+    if (!_closed && _moreToCome > 0) {
+        const auto more = _borrowed.first(std::min(_moreToCome, _borrowed.size()));
+        if (more.empty()) return {};
+        _moreToCome -= more.size();
+        _borrowed = _borrowed.subspan(more.size());
+        return {LinkEvent::Kind::More, MessageType::BlobData, more};
+    }
     while (!_closed && join(wire::kHeaderBytes)) {
         const wire::Header header = wire::decodeHeader(unread().first<wire::kHeaderBytes>());
         const wire::MessageRule* rule = wire::ruleOf(header.type);
@@ -71,13 +87,16 @@ LinkEvent Link::next() {
                                              client ? "client" : "server", control ? "control" : "bulk"));
         }
         const std::size_t size = wire::kHeaderBytes + header.length;
-        if (!join(size)) break;
-        const auto message = unread().first(size);
+        // Of a blob's part the rest may come later, to where it is to lie.
+        const std::size_t needed = type == MessageType::BlobData ? std::min(size, kBlobDataBeginning) : size;
+        if (!join(needed)) break;
+        const auto message = unread().first(std::min(unread().size(), size));
         ++_receiveSequence;
         if (_inputUsed < _input.size())
             _inputUsed = _input.size();
         else
-            _borrowed = _borrowed.subspan(size);
+            _borrowed = _borrowed.subspan(message.size());
+        _moreToCome = size - message.size();
         const LinkEvent event = handle(type, message.subspan(wire::kHeaderBytes));
         if (event.kind != LinkEvent::Kind::None) return event;
     }

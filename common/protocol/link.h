@@ -31,7 +31,8 @@ struct LinkEvent {
         None,     // the bytes that came so far hold no further event
         Hello,    // peerHello() is there: accept() or refuse() before asking for the next event
         Open,     // both sides have accepted
-        Message,  // type and payload; the payload is valid until the next call
+        Message,  // type and payload, of BlobData the beginning of it; the payload is valid until the next call
+        More,     // of the BlobData before, as payload; likewise
         Closed    // reason() says why; reported once
     };
     Kind kind = Kind::None;
@@ -50,6 +51,10 @@ class Link {
     void received(std::span<const std::byte> bytes, TimePoint now);
     // Bytes are decoded as events are asked for: where they are, when a message lies in them as a whole.
     LinkEvent next();
+    // How many of the bytes that come next belong to the BlobData that has begun: whoever knows where they are to lie
+    // may put them there himself instead of giving them to received(). After next() has found no further event.
+    std::size_t moreToCome() const { return _closed ? 0 : _moreToCome; }
+    void placed(std::size_t count, TimePoint now);
     // Sends heartbeats, closes a link that is silent for too long.
     void advance(TimePoint now);
     TimePoint deadline() const;
@@ -131,6 +136,7 @@ class Link {
     wire::Bytes _input;                  // the beginning of a message whose rest was not there yet
     std::size_t _inputUsed = 0;          // 0, or all of it
     std::span<const std::byte> _borrowed;  // follows
+    std::size_t _moreToCome = 0;           // of a BlobData message that has begun
     std::uint32_t _epoch = 0;
     std::uint32_t _sendSequence = 0;
     std::uint32_t _receiveSequence = 0;

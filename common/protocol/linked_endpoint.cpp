@@ -13,6 +13,27 @@ void LinkedEndpoint::received(ConnectionId connection, std::span<const std::byte
     handled(now);
 }
 
+std::size_t LinkedEndpoint::room(ConnectionId connection, std::span<std::span<std::byte>> places) {
+    Peer* found = peer(connection);
+    std::size_t left = found && !found->closing ? found->link.moreToCome() : 0;
+    if (left == 0) return 0;
+    const std::size_t count = roomForMore(connection, *found, places);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (left == 0) return i;
+        places[i] = places[i].first(std::min(left, places[i].size()));
+        left -= places[i].size();
+    }
+    return count;
+}
+
+void LinkedEndpoint::placed(ConnectionId connection, std::size_t count, TimePoint now) {
+    Peer& found = *peer(connection);
+    found.link.placed(count, now);
+    morePlaced(connection, found, count, now);
+    drain(connection, found, now);
+    handled(now);
+}
+
 void LinkedEndpoint::closed(ConnectionId connection, const std::string& reason, TimePoint now) {
     Peer* found = peer(connection);
     if (!found) return;
@@ -111,6 +132,9 @@ void LinkedEndpoint::drain(ConnectionId connection, Peer& peer, TimePoint now) {
                 break;
             case LinkEvent::Kind::Message:
                 message(connection, peer, event.type, event.payload, now);
+                break;
+            case LinkEvent::Kind::More:
+                more(connection, peer, event.payload, now);
                 break;
             case LinkEvent::Kind::Closed: {
                 const std::string reason = peer.link.reason();

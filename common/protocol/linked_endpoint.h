@@ -17,6 +17,8 @@ class LinkedEndpoint : public Endpoint {
  public:
     void received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) final;
     void closed(ConnectionId connection, const std::string& reason, TimePoint now) final;
+    std::size_t room(ConnectionId connection, std::span<std::span<std::byte>> places) final;
+    void placed(ConnectionId connection, std::size_t count, TimePoint now) final;
     std::optional<Action> nextAction() final;
     SendQueue* output(ConnectionId connection) final;
     std::optional<ConnectionId> nextOutput() final;
@@ -37,6 +39,12 @@ class LinkedEndpoint : public Endpoint {
     virtual void linkOpen(ConnectionId connection, Peer& peer, TimePoint now) = 0;
     virtual void message(ConnectionId connection, Peer& peer, wire::MessageType type,
                          std::span<const std::byte> payload, TimePoint now) = 0;
+    // The BlobData before goes on.
+    virtual void more(ConnectionId connection, Peer& peer, std::span<const std::byte> bytes, TimePoint now) = 0;
+    // Where it goes on, if that is known, and so many bytes that lie there now.
+    virtual std::size_t roomForMore(ConnectionId connection, const Peer& peer,
+                                    std::span<std::span<std::byte>> places) = 0;
+    virtual void morePlaced(ConnectionId connection, Peer& peer, std::size_t count, TimePoint now) = 0;
     // The link has closed, whoever closed it, and is dropped already.
     virtual void linkClosed(ConnectionId connection, Peer& peer, const std::string& reason, TimePoint now) = 0;
     // All that came of some bytes, or of a connection's end, was handled.

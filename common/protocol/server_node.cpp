@@ -94,6 +94,25 @@ void ServerNode::message(ConnectionId, Peer& peer, MessageType type, std::span<c
     if (const auto done = obey(type, payload); !done) peer.link.close(done.error().message);
 }
 
+void ServerNode::more(ConnectionId, Peer& peer, std::span<const std::byte> bytes, TimePoint) {
+    if (!_session) return peer.link.close("the session has ended");
+    if (const auto done = blobReceived(_session->receiver.more(bytes)); !done) peer.link.close(done.error().message);
+}
+
+std::size_t ServerNode::roomForMore(ConnectionId connection, const Peer&, std::span<std::span<std::byte>> places) {
+    return _session && _session->bulk == connection ? _session->receiver.room(places) : 0;
+}
+
+void ServerNode::morePlaced(ConnectionId, Peer& peer, std::size_t count, TimePoint) {
+    if (const auto done = blobReceived(_session->receiver.filled(count)); !done) peer.link.close(done.error().message);
+}
+
+Result<void> ServerNode::blobReceived(Result<std::optional<wire::Blob>> blob) {
+    if (!blob) return blob.error();
+    if (*blob) _events.push_back(BlobArrived{std::move(**blob)});
+    return {};
+}
+
 void ServerNode::linkClosed(ConnectionId connection, Peer&, const std::string& reason, TimePoint now) {
     const bool ours = _session && (_session->control == connection || _session->bulk == connection);
     if (connection == _dialledControl && !_leaving) {
@@ -181,10 +200,7 @@ Result<void> ServerNode::obey(MessageType type, std::span<const std::byte> paylo
         case MessageType::BlobData: {
             const auto data = wire::decode<wire::BlobData>(payload);
             if (!data) return data.error();
-            auto blob = _session->receiver.part(*data);
-            if (!blob) return blob.error();
-            if (*blob) _events.push_back(BlobArrived{std::move(**blob)});
-            return {};
+            return blobReceived(_session->receiver.part(*data));
         }
         case MessageType::DigestQuery: {
             const auto query = wire::decode<wire::DigestQuery>(payload);

@@ -149,12 +149,16 @@ class ServerNode final : public LinkedEndpoint {
     void linkOpen(ConnectionId connection, Peer& peer, TimePoint now) override;
     void message(ConnectionId connection, Peer& peer, wire::MessageType type, std::span<const std::byte> payload,
                  TimePoint now) override;
+    void more(ConnectionId connection, Peer& peer, std::span<const std::byte> bytes, TimePoint now) override;
+    std::size_t roomForMore(ConnectionId connection, const Peer& peer, std::span<std::span<std::byte>> places) override;
+    void morePlaced(ConnectionId connection, Peer& peer, std::size_t count, TimePoint now) override;
     void linkClosed(ConnectionId connection, Peer& peer, const std::string& reason, TimePoint now) override;
     // Why this hello is not acceptable; empty when it is. dialled: by us; the client cannot know then who does, and its
     // hello names its newest session.
     std::string objection(const wire::Hello& hello, bool bulk, bool dialled) const;
     Result<void> obey(wire::MessageType type, std::span<const std::byte> payload);
     Result<void> frame(std::span<const std::byte> payload);
+    Result<void> blobReceived(Result<std::optional<wire::Blob>> blob);
     Result<void> addChanges(std::span<const std::byte> part);
     template <class Message>
     void send(const Message& message);

@@ -125,35 +125,50 @@ std::size_t MultiStorage::chunkElements(std::size_t chunk) const {
 }
 
 MultiBuilder::MultiBuilder(std::uint32_t elementSize, std::uint64_t totalBytes)
-    : _data(elementSize), _missing(totalBytes), _source(totalBytes) {
+    : _data(elementSize), _missing(totalBytes), _unplanned(totalBytes), _source(totalBytes) {
     UMBRIEL_ASSERT(totalBytes % elementSize == 0, "whole elements only");
 }
 
-std::span<std::byte> MultiBuilder::room() {
-    if (_room.empty() && _missing > 0) {
+std::span<std::byte> MultiBuilder::roomIn(std::size_t chunk) {
+    if (chunk == _data._chunks.size()) {
         const std::size_t full = std::size_t{_data._elementsPerChunk} * _data._elementSize;
-        const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(full, _missing));
+        const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(full, _unplanned));
         _data._chunks.push_back(_source.take(bytes));
         _data._size += bytes / _data._elementSize;
-        _room = _data._chunks.back().fill();
+        _unplanned -= bytes;
     }
-    return _room;
+    return _data._chunks[chunk].fill().subspan(chunk == _chunk ? _used : 0);
+}
+
+std::size_t MultiBuilder::room(std::span<std::span<std::byte>> places) {
+    std::size_t count = 0;
+    for (std::uint64_t offered = 0; count < places.size() && offered < _missing; ++count) {
+        places[count] = roomIn(_chunk + count);
+        offered += places[count].size();
+    }
+    return count;
 }
 
 void MultiBuilder::filled(std::size_t count) {
-    UMBRIEL_ASSERT(count <= _room.size(), "more bytes than there was room for");
+    UMBRIEL_ASSERT(count <= _missing - _unplanned, "more bytes than there was room for");
     _missing -= count;
-    _room = _room.subspan(count);
-    if (!_room.empty() || count == 0) return;
-    // Now it is in the processor's cache.
-    const ChunkHandle& chunk = _data._chunks.back();
-    for (std::size_t block = 0; block < chunk->blocks(); ++block) chunk->blockHash(block);
+    while (count > 0) {
+        const ChunkHandle& chunk = _data._chunks[_chunk];
+        const std::size_t here = std::min(count, chunk->bytes().size() - _used);
+        count -= here;
+        _used += here;
+        if (_used < chunk->bytes().size()) return;
+        // Now it is in the processor's cache.
+        for (std::size_t block = 0; block < chunk->blocks(); ++block) chunk->blockHash(block);
+        ++_chunk;
+        _used = 0;
+    }
 }
 
 void MultiBuilder::add(std::span<const std::byte> bytes) {
     UMBRIEL_ASSERT(bytes.size() <= _missing, "more bytes than there is room for");
     while (!bytes.empty()) {
-        const auto to = room();
+        const auto to = roomIn(_chunk);
         const std::size_t count = std::min(to.size(), bytes.size());
         std::memcpy(to.data(), bytes.data(), count);
         filled(count);

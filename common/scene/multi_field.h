@@ -80,15 +80,17 @@ class MultiStorage {
 };
 
 // Makes a content out of bytes in order, in the memory where they stay: no copy follows, and each chunk is hashed when
-// it is full. Takes no more memory than has come, but for one slab of chunks.
+// it is full. Takes no more memory than has come, but for one slab of chunks, or as many chunks as room() was asked
+// for.
 class MultiBuilder {
  public:
     // totalBytes: of the whole content, whole elements.
     MultiBuilder(std::uint32_t elementSize, std::uint64_t totalBytes);
 
-    // Where the next bytes belong; empty when all have come.
-    std::span<std::byte> room();
-    // So many of them were written into room().
+    // Where the next bytes belong, one place after the other. Returns how many of the places were set; none when all
+    // bytes have come. Valid until the next call.
+    std::size_t room(std::span<std::span<std::byte>> places);
+    // So many bytes were written into the places of room(), from the first on.
     void filled(std::size_t count);
     // Copies bytes in; there must be room for them.
     void add(std::span<const std::byte> bytes);
@@ -97,10 +99,15 @@ class MultiBuilder {
     MultiStorage take();
 
  private:
+    // What is left of this chunk, which is made when it is not there.
+    std::span<std::byte> roomIn(std::size_t chunk);
+
     MultiStorage _data;
-    std::uint64_t _missing;  // bytes
+    std::uint64_t _missing;    // bytes
+    std::uint64_t _unplanned;  // bytes that no chunk was made for
     ChunkSource _source;
-    std::span<std::byte> _room;  // in the last chunk
+    std::size_t _chunk = 0;  // the first that is not full
+    std::size_t _used = 0;   // bytes of it
 };
 
 // A multi field of a container: read here, written through an Edit (aspect.h).

@@ -51,7 +51,7 @@ class BlobStore : public BlobSource {
 };
 
 // Puts a blob together from pieces in order, of any sizes, as they come from a peer. Takes no more memory than has
-// come, but for one slab of chunks (2 MiB).
+// come, but for one slab of chunks (2 MiB) or the places that were asked for.
 class BlobAssembler {
  public:
     // maxBytes: a larger blob is refused at the first piece.
@@ -59,6 +59,9 @@ class BlobAssembler {
 
     // An error when more comes than was announced.
     Result<void> add(std::span<const std::byte> piece);
+    // Where what comes after the first piece belongs, and so many bytes of it were written there (MultiBuilder).
+    std::size_t room(std::span<std::span<std::byte>> places) { return _data.room(places); }
+    void filled(std::size_t count) { _data.filled(count); }
     bool complete() const { return _data.missing() == 0; }
     // The blob, once complete; an error when its content does not bear its name.
     Result<Blob> finish();

@@ -30,9 +30,9 @@ const std::filesystem::path kPrograms = UMBRIEL_BIN_DIR;
 // Bytes to a process that only takes them.
 class Floor {
  public:
-    explicit Floor(const std::string& answer)
+    explicit Floor(const std::string& answer, bool unpaced = false)
         : _process(bench::need(ServerProcess::start(kPrograms / "bench_server", {"--answer", answer}, {}))),
-          _socket(bench::PlainSocket::dial(bench::need(_process.waitForPort(std::chrono::seconds(60))))) {}
+          _socket(bench::PlainSocket::dial(bench::need(_process.waitForPort(std::chrono::seconds(60))), unpaced)) {}
     double secondsToSend(std::span<const std::byte> bytes) {
         return bench::secondsOf([&] {
             const std::uint64_t size = bytes.size();
@@ -204,7 +204,8 @@ void join(const bench::Report& report, const TypeRegistry& types, Floor& floor) 
     Aspect scene(types, ids);
     const double filling = bench::secondsOf([&] { fill(scene, 1.0f); });
     const wire::Bytes same(kGeometries * kVertices * 12, std::byte{1});
-    Floor keeping("keep");
+    Floor unpaced("receive", true);
+    Floor keeping("keep", true);
     const auto folder = std::filesystem::temp_directory_path() / fmt::format("umbriel-bench-{}", ::getpid());
     std::vector<double> connecting;
     std::vector<double> preparing;
@@ -229,7 +230,7 @@ void join(const bench::Report& report, const TypeRegistry& types, Floor& floor) 
             cachedBytes = static_cast<double>(joined.bytes);
             return joined.frame;
         },
-        [&] { return keeping.secondsToSend(same); });
+        [&] { return keeping.secondsToSend(same); }, [&] { return unpaced.secondsToSend(same); });
     std::error_code ignored;
     std::filesystem::remove_all(folder, ignored);
     report.figure("join to a 100 MB scene: making it, block hashes included", filling * 1e3, "ms");
@@ -239,8 +240,11 @@ void join(const bench::Report& report, const TypeRegistry& types, Floor& floor) 
     report.figure("join to a 100 MB scene: first frame", seconds[0] * 1e3, "ms");
     report.figure("join to a 100 MB scene: raw transfer", seconds[1] * 1e3, "ms");
     report.figure("join to a 100 MB scene: first frame / raw transfer", seconds.ratio({0}, 1), "x", 1.25);
-    report.figure("join to a 100 MB scene: raw transfer into fresh memory", seconds[3] * 1e3, "ms");
-    report.figure("join to a 100 MB scene: first frame / raw transfer into fresh memory", seconds.ratio({0}, 3), "x");
+    report.figure("join to a 100 MB scene: raw transfer, unpaced", seconds[4] * 1e3, "ms");
+    report.figure("join to a 100 MB scene: first frame / raw transfer, unpaced", seconds.ratio({0}, 4), "x");
+    report.figure("join to a 100 MB scene: raw transfer into fresh memory, unpaced", seconds[3] * 1e3, "ms");
+    report.figure("join to a 100 MB scene: first frame / raw transfer into fresh memory, unpaced",
+                  seconds.ratio({0}, 3), "x");
     report.figure("join to a 100 MB scene: from its blob cache, bytes sent", cachedBytes, "bytes");
     report.figure("join to a 100 MB scene: from its blob cache, first frame", seconds[2] * 1e3, "ms");
     report.figure("join to a 100 MB scene: from its blob cache / raw transfer", seconds.ratio({2}, 1), "x");

@@ -37,8 +37,9 @@ PlainSocket::~PlainSocket() {
     if (_socket >= 0) ::close(_socket);
 }
 
-PlainSocket PlainSocket::dial(std::uint16_t port) {
+PlainSocket PlainSocket::dial(std::uint16_t port, bool unpaced) {
     PlainSocket result(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    if (unpaced) ::setsockopt(result._socket, IPPROTO_TCP, TCP_CONGESTION, "reno", 4);
     const sockaddr_in address = loopback(port);
     if (::connect(result._socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0)
         give_up("connect");

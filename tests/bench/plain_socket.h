@@ -10,7 +10,8 @@ namespace umbriel::bench {
 // A blocking TCP connection on loopback, the floor that everything is compared with. What fails ends the program.
 class PlainSocket {
  public:
-    static PlainSocket dial(std::uint16_t port);
+    // unpaced: with the congestion control that our own connections on loopback have, instead of the system's.
+    static PlainSocket dial(std::uint16_t port, bool unpaced = false);
     // Waits for one peer. listening: called with the port once it can be reached.
     template <class Function>
     static PlainSocket accept(Function&& listening) {

@@ -139,12 +139,16 @@ TEST(MultiStorage, aLargeContentIsFilledInPlaceAndOutlivesItsBuilder) {
     {
         MultiBuilder builder(12, kBytes);
         for (std::size_t at = 0; builder.missing() > 0;) {
-            const auto room = builder.room();
-            const std::size_t count = std::min<std::size_t>(room.size(), 5000);
-            for (std::size_t i = 0; i < count; ++i) room[i] = valueAt(at++);
+            std::array<std::span<std::byte>, 3> places;
+            const std::size_t given = builder.room(places);
+            std::size_t count = 0;
+            for (std::size_t i = 0; i < given; ++i)
+                for (std::size_t k = 0; k < places[i].size() && count < 20'000; ++k, ++count)
+                    places[i][k] = valueAt(at++);
             builder.filled(count);
         }
-        EXPECT_TRUE(builder.room().empty());
+        std::array<std::span<std::byte>, 3> places;
+        EXPECT_EQ(builder.room(places), 0u);
         MultiStorage whole = builder.take();
         EXPECT_EQ(whole.byteSize(), kBytes);
         kept.resize(whole.size());
