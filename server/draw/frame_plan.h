@@ -59,12 +59,16 @@ enum class Feature : std::uint32_t {
     FogExponential,
     FogSquaredExponential,
     Environment,
+    Orthographic,  // the view
+    WorldAxes,     // the object is not turned or scaled: its face normals are the world's
+    ShadowColour,  // something of a light is left in full shadow
     OneLight,  // as many lights reach the item, and come as constants (LightBlock); without any of these: as a list
     TwoLights,
     ThreeLights,
     FourLights,
     Shadows,  // from here on, those of ShadowFeature, in its order
     ShadowWarp,
+    ShadowPerspective,
     ShadowCube,
     ShadowHemispheres,
     ShadowFilter,
