@@ -163,7 +163,8 @@ class Planner {
         addTarget("darkness positions", "RGBA32F", _darkPositions ? work : PixelSize{}, 1, _views.samples, 16);
         if (_views.samples > 1)
             add({PassKind::Resolve, 0, 0, 0, "tile colour", fmt::format("{} samples", _views.samples)});
-        addTarget("tile colour", "RGBA32F", largestTile(), static_cast<std::uint32_t>(_tiles.size()), 1, 16);
+        if (!isDrawnInPlace(_views, _tiles))
+            addTarget("tile colour", "RGBA32F", largestTile(), static_cast<std::uint32_t>(_tiles.size()), 1, 16);
         planLayers(work, factorLights);
         for (const PlannedTarget& target : _plan.targets) _plan.bytes += target.bytes;
         return std::move(_plan);
@@ -321,6 +322,14 @@ std::string FramePlan::explain() const {
 PixelSize workSizeOf(const WallViews& views) {
     if (views.tiles == TileMode::Exact) return views.wall;
     return {std::min(views.wall.width, kBlockPixels), std::min(views.wall.height, kBlockPixels)};
+}
+
+bool isDrawnInPlace(const WallViews& views, std::span<const TileAssignment> tiles) {
+    if (tiles.size() != 1 || views.samples > 1) return false;
+    if (views.tiles == TileMode::Exact) return true;
+    const PixelRect& pixels = tiles.front().pixels;
+    return pixels.x / kBlockPixels == (pixels.x + pixels.width - 1) / kBlockPixels &&
+           pixels.y / kBlockPixels == (pixels.y + pixels.height - 1) / kBlockPixels;
 }
 
 Result<FramePlan> planFrame(const WallViews& views, const std::vector<ViewDemand>& demands,

@@ -175,6 +175,10 @@ inline constexpr std::int32_t kBlockPixels = 1024;
 // What the work images must hold: the wall (exact mode) or a block.
 PixelSize workSizeOf(const WallViews& views);
 
+// Whether the work images hold all that is finished at the end of a frame, so that nothing is copied: one tile, within
+// one block, one sample.
+bool isDrawnInPlace(const WallViews& views, std::span<const TileAssignment> tiles);
+
 // tiles: of this server. factorLights: lights of all views together, for the light factors layer. Error: the exact mode
 // needs a target larger than the driver allows (limit: texels a side).
 Result<FramePlan> planFrame(const WallViews& views, const std::vector<ViewDemand>& demands,
