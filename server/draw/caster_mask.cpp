@@ -16,12 +16,15 @@ double crossOf(const glm::dvec2& o, const glm::dvec2& a, const glm::dvec2& b) {
     return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
 }
 
-// Andrew's monotone chain; counter-clockwise.
-std::vector<glm::dvec2> convexHull(std::vector<glm::dvec2> points) {
+// Andrew's monotone chain; counter-clockwise. Sorts the points.
+void convexHull(std::vector<glm::dvec2>& points, std::vector<glm::dvec2>& hull) {
     std::sort(points.begin(), points.end(),
               [](const glm::dvec2& a, const glm::dvec2& b) { return a.x < b.x || (a.x == b.x && a.y < b.y); });
-    if (points.size() < 3) return points;
-    std::vector<glm::dvec2> hull(points.size() * 2);
+    if (points.size() < 3) {
+        hull = points;
+        return;
+    }
+    hull.resize(points.size() * 2);
     std::size_t size = 0;
     for (const glm::dvec2& point : points) {
         while (size >= 2 && crossOf(hull[size - 2], hull[size - 1], point) <= 0.0) --size;
@@ -33,7 +36,12 @@ std::vector<glm::dvec2> convexHull(std::vector<glm::dvec2> points) {
         hull[size++] = points[i];
     }
     hull.resize(size > 1 ? size - 1 : size);
-    return hull;
+}
+
+std::array<glm::dvec3, 8> cornersRelative(const Box& box, const glm::dmat4& relativeFromObject) {
+    std::array<glm::dvec3, 8> corners = box.corners();
+    for (glm::dvec3& corner : corners) corner = glm::dvec3(relativeFromObject * glm::dvec4(corner, 1.0));
+    return corners;
 }
 
 // The x range of a convex polygon between two heights; empty when first > second.
@@ -65,8 +73,9 @@ CasterMask::CasterMask(const ShadowFit& fit, const glm::dvec3& eyeWorld)
     _unwarp = {acrossFromMap[0][2], acrossFromMap[1][2], acrossFromMap[2][2]};
 }
 
-CasterMask::Footprint CasterMask::footprintOf(std::span<const glm::dvec3> pointsRelative) const {
-    Footprint footprint;
+CasterMask::Footprint& CasterMask::footprintOf(std::span<const glm::dvec3> pointsRelative) const {
+    Footprint& footprint = _footprint;
+    footprint.points.clear();
     std::size_t behind = 0;
     footprint.nearest = -1e300;
     footprint.farthest = 1e300;
@@ -89,9 +98,9 @@ CasterMask::Footprint CasterMask::footprintOf(std::span<const glm::dvec3> points
     return footprint;
 }
 
-// visit(cell) returns false to stop.
+// visit(y, from, to): cells of a row, both ends included; returns false to stop.
 template <class Visit>
-void CasterMask::visitCells(const Footprint& footprint, double dilation, Visit&& visit) const {
+void CasterMask::visitRows(Footprint& footprint, double dilation, Visit&& visit) const {
     glm::dvec2 minimum(0.0);
     glm::dvec2 maximum(double{kCells});
     const bool everything = footprint.kind == Footprint::Kind::Everything;
@@ -111,18 +120,17 @@ void CasterMask::visitCells(const Footprint& footprint, double dilation, Visit&&
     const int bottom = std::max(cell(minimum.y - dilation), 0);
     const int top = std::min(cell(maximum.y + dilation), kCells - 1);
     const bool precise = !everything && right - left > 1 && top - bottom > 1;
-    const std::vector<glm::dvec2> hull = precise ? convexHull(footprint.points) : std::vector<glm::dvec2>();
+    if (precise) convexHull(footprint.points, footprint.hull);
     for (int y = bottom; y <= top; ++y) {
         int from = left;
         int to = right;
         if (precise) {
-            const auto [first, last] = rangeInBand(hull, y - dilation, y + 1 + dilation);
+            const auto [first, last] = rangeInBand(footprint.hull, y - dilation, y + 1 + dilation);
             if (first > last) continue;
             from = std::max(cell(first - dilation), left);
             to = std::min(cell(last + dilation), right);
         }
-        for (int x = from; x <= to; ++x)
-            if (!visit(x, y)) return;
+        if (from <= to && !visit(y, from, to)) return;
     }
 }
 
@@ -145,31 +153,21 @@ void CasterMask::addReceiver(const Box& box, const glm::dmat4& relativeFromObjec
                              bool isInside) {
     if (box.empty() || _isEverything) return;
     if (_isAround) return markEverything();
-    std::vector<glm::dvec3> points;
-    if (isInside) {
-        const std::array<glm::dvec3, 8> corners = box.corners();
-        for (const glm::dvec3& corner : corners)
-            points.push_back(glm::dvec3(relativeFromObject * glm::dvec4(corner, 1.0)));
-    } else {
-        points = hullOfIntersection(box, relativeFromObject, frustum);
-    }
-    Footprint footprint = footprintOf(points);
+    Footprint& footprint = isInside ? footprintOf(cornersRelative(box, relativeFromObject))
+                                    : footprintOf(hullOfIntersection(box, relativeFromObject, frustum));
     if (footprint.kind == Footprint::Kind::Nothing) return;
     const double farthest = footprint.kind == Footprint::Kind::Everything ? 0.0 : footprint.farthest;
     const auto depth = static_cast<float>(std::clamp(farthest - kDepthMargin, -1.0, 1.0));
-    visitCells(footprint, _dilation, [&](int x, int y) {
-        float& stored = _farthest[static_cast<std::size_t>(y) * kCells + static_cast<std::size_t>(x)];
-        stored = std::min(stored, depth);
-        if (_marked.empty()) {
-            _marked = {x, y, 1, 1};
-        } else {
-            const int right = std::max(_marked.x + _marked.width, x + 1);
-            const int top = std::max(_marked.y + _marked.height, y + 1);
-            _marked.x = std::min(_marked.x, x);
-            _marked.y = std::min(_marked.y, y);
-            _marked.width = right - _marked.x;
-            _marked.height = top - _marked.y;
-        }
+    visitRows(footprint, _dilation, [&](int y, int from, int to) {
+        float* row = _farthest.data() + static_cast<std::size_t>(y) * kCells;
+        for (int x = from; x <= to; ++x) row[x] = std::min(row[x], depth);
+        if (_marked.empty()) _marked = {from, y, 1, 1};
+        const int right = std::max(_marked.x + _marked.width, to + 1);
+        const int top = std::max(_marked.y + _marked.height, y + 1);
+        _marked.x = std::min(_marked.x, from);
+        _marked.y = std::min(_marked.y, y);
+        _marked.width = right - _marked.x;
+        _marked.height = top - _marked.y;
         return true;
     });
 }
@@ -177,16 +175,14 @@ void CasterMask::addReceiver(const Box& box, const glm::dmat4& relativeFromObjec
 bool CasterMask::casts(const Box& box, const glm::dmat4& relativeFromObject) const {
     if (box.empty() || empty()) return false;
     if (_isEverything) return true;
-    std::array<glm::dvec3, 8> corners = box.corners();
-    for (glm::dvec3& corner : corners) corner = glm::dvec3(relativeFromObject * glm::dvec4(corner, 1.0));
-    const Footprint footprint = footprintOf(corners);
+    Footprint& footprint = footprintOf(cornersRelative(box, relativeFromObject));
     if (footprint.kind == Footprint::Kind::Nothing) return false;
     const double nearest = footprint.kind == Footprint::Kind::Everything ? 1.0 : footprint.nearest + kDepthMargin;
     bool found = false;
-    visitCells(footprint, 0.0, [&](int x, int y) {
+    visitRows(footprint, 0.0, [&](int y, int from, int to) {
         // Unmarked cells hold 2, but a caster before the near plane may have any depth.
-        const float farthest = _farthest[static_cast<std::size_t>(y) * kCells + static_cast<std::size_t>(x)];
-        found = farthest < kUnmarked && static_cast<double>(farthest) <= nearest;
+        const float* row = _farthest.data() + static_cast<std::size_t>(y) * kCells;
+        for (int x = from; x <= to && !found; ++x) found = row[x] < kUnmarked && static_cast<double>(row[x]) <= nearest;
         return !found;
     });
     return found;

@@ -12,7 +12,7 @@ namespace umbriel {
 // in every texel that the tile samples, up to texels whose caster lies behind everything they are compared with.
 class CasterMask {
  public:
-    static constexpr int kCells = 512;  // along each side of the map
+    static constexpr int kCells = 256;  // along each side of the map
 
     CasterMask(const ShadowFit& fit, const glm::dvec3& eyeWorld);
 
@@ -34,22 +34,25 @@ class CasterMask {
  private:
     struct Footprint {
         std::vector<glm::dvec2> points;  // in cells
-        double nearest = 0.0;            // reversed depth: the largest
+        std::vector<glm::dvec2> hull;
+        double nearest = 0.0;  // reversed depth: the largest
         double farthest = 0.0;
         enum class Kind { Projected, Everything, Nothing } kind = Kind::Nothing;
     };
-    Footprint footprintOf(std::span<const glm::dvec3> pointsRelative) const;
+    // Valid until the next call: there are thousands a frame, which share their memory.
+    Footprint& footprintOf(std::span<const glm::dvec3> pointsRelative) const;
     template <class Visit>
-    void visitCells(const Footprint& footprint, double dilation, Visit&& visit) const;
+    void visitRows(Footprint& footprint, double dilation, Visit&& visit) const;
 
     glm::dmat4 _clipFromRelative;
-    glm::dvec3 _unwarp;            // undistorted depth = z / w / dot(unwarp, (x, y, 1))
+    glm::dvec3 _unwarp;  // undistorted depth = z / w / dot(unwarp, (x, y, 1))
     std::uint32_t _mapSize;
     double _dilation;              // cells
     std::vector<float> _farthest;  // reversed depth of the farthest receiver by cell; 2: none
     PixelRect _marked;             // cells
+    mutable Footprint _footprint;
     bool _isEverything = false;
-    bool _isAround = false;        // no projective map: its lookups are not told apart
+    bool _isAround = false;  // no projective map: its lookups are not told apart
 };
 
 }  // namespace umbriel

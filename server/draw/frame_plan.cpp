@@ -57,6 +57,9 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_FOG_EXPONENTIAL", "exponential-fog"},
     {"FEATURE_FOG_SQUARED_EXPONENTIAL", "squared-exponential-fog"},
     {"FEATURE_ENVIRONMENT", "environment"},
+    {"FEATURE_ORTHOGRAPHIC", "orthographic"},
+    {"FEATURE_WORLD_AXES", "world-axes"},
+    {"FEATURE_SHADOW_COLOUR", "shadow-colour"},
     {"FEATURE_ONE_LIGHT", "1-light"},
     {"FEATURE_TWO_LIGHTS", "2-lights"},
     {"FEATURE_THREE_LIGHTS", "3-lights"},
@@ -64,6 +67,7 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_FOREIGN_SHADING", "foreign"},
     {"FEATURE_SHADOWS", "shadows"},
     {"FEATURE_SHADOW_WARP", "warped-maps"},
+    {"FEATURE_SHADOW_PERSPECTIVE", "perspective-maps"},
     {"FEATURE_SHADOW_CUBE", "cube-maps"},
     {"FEATURE_SHADOW_HEMISPHERES", "paraboloid-maps"},
     {"FEATURE_SHADOW_FILTER", "filtered-maps"},
@@ -172,7 +176,8 @@ class Planner {
         addTarget("gauss", "R32F", sizeIf(_filter), 1, _views.samples, 4);
         if (_views.samples > 1)
             add({PassKind::Resolve, 0, 0, 0, "tile colour", fmt::format("{} samples", _views.samples)});
-        addTarget("tile colour", "RGBA32F", largestTile(), static_cast<std::uint32_t>(_tiles.size()), 1, 16);
+        if (!isDrawnInPlace(_views, _tiles))
+            addTarget("tile colour", "RGBA32F", largestTile(), static_cast<std::uint32_t>(_tiles.size()), 1, 16);
         planLayers(work, factorLights);
         for (const PlannedTarget& target : _plan.targets) _plan.bytes += target.bytes;
         return std::move(_plan);
@@ -364,6 +369,14 @@ PixelSize workSizeOf(const WallViews& views, std::int32_t apron) {
     if (views.tiles == TileMode::Exact) return views.wall;
     return {std::min(views.wall.width, kBlockPixels) + 2 * apron,
             std::min(views.wall.height, kBlockPixels) + 2 * apron};
+}
+
+bool isDrawnInPlace(const WallViews& views, std::span<const TileAssignment> tiles) {
+    if (tiles.size() != 1 || views.samples > 1) return false;
+    if (views.tiles == TileMode::Exact) return true;
+    const PixelRect& pixels = tiles.front().pixels;
+    return pixels.x / kBlockPixels == (pixels.x + pixels.width - 1) / kBlockPixels &&
+           pixels.y / kBlockPixels == (pixels.y + pixels.height - 1) / kBlockPixels;
 }
 
 Result<FramePlan> planFrame(const WallViews& views, const std::vector<ViewDemand>& demands,

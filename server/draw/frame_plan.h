@@ -61,6 +61,9 @@ enum class Feature : std::uint32_t {
     FogExponential,
     FogSquaredExponential,
     Environment,
+    Orthographic,  // the view
+    WorldAxes,     // the object is not turned or scaled: its face normals are the world's
+    ShadowColour,  // something of a light is left in full shadow
     OneLight,  // as many lights reach the item, and come as constants (LightBlock); without any of these: as a list
     TwoLights,
     ThreeLights,
@@ -68,6 +71,7 @@ enum class Feature : std::uint32_t {
     ForeignShading,  // without a model: its colour times what shadows leave of the light
     Shadows,         // from here on, those of ShadowFeature, in its order
     ShadowWarp,
+    ShadowPerspective,
     ShadowCube,
     ShadowHemispheres,
     ShadowFilter,
@@ -194,6 +198,10 @@ std::int32_t apronOf(const std::vector<ViewDemand>& demands);
 
 // What the work images must hold: the wall (exact mode), or a block with its apron.
 PixelSize workSizeOf(const WallViews& views, std::int32_t apron);
+
+// Whether the work images hold all that is finished at the end of a frame, so that nothing is copied: one tile, within
+// one block, one sample.
+bool isDrawnInPlace(const WallViews& views, std::span<const TileAssignment> tiles);
 
 // tiles: of this server. factorLights: lights of all views together, for the light factors layer. Error: the exact mode
 // needs a target larger than the driver allows (limit: texels a side).

@@ -343,7 +343,8 @@ void GpuGeometry::updateTriangles(const Geometry& geometry, const IndexRanges& v
 
 void GpuGeometry::updateBounds() {
     _box = {};
-    for (const Cluster& cluster : _clusters) _box.add(cluster.box);
+    _groups = groupsOf(_clusters);
+    for (const ClusterGroup& group : _groups) _box.add(group.box);
 }
 
 std::shared_ptr<const CasterShape> GpuGeometry::casterShape() {

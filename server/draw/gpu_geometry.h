@@ -58,6 +58,7 @@ class GpuGeometry {
     const Box& box() const { return _box; }
     std::span<const Cluster> clusters() const { return _clusters; }
     std::uint32_t vertices() const { return _vertices; }
+    std::span<const ClusterGroup> groups() const { return _groups; }
     std::uint32_t triangles() const { return _triangles; }
     const gl::VertexArray& vertexArray() const { return _vertexArray; }
     const BufferTexture& faceNormals() const { return _faceNormalTexture; }
@@ -103,6 +104,7 @@ class GpuGeometry {
     std::uint32_t _triangles = 0;
     Box _box;
     std::vector<Cluster> _clusters;
+    std::vector<ClusterGroup> _groups;
     std::vector<std::uint32_t> _primitives;  // drawn triangle -> the scene's; empty: the same
     // Built with the first partial change of positions: which triangles touch vertex v are
     // _trianglesOfVertex[_firstOfVertex[v] .. _firstOfVertex[v + 1]).

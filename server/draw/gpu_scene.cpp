@@ -303,6 +303,9 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         const FeatureSet attributes = item.geometry->attributes();
         item.features = surfaceFeatures(*item.material, attributes, run, shading) | fogFeature(result.fog);
         if (isLit && result.environments[item.run]) item.features |= bit(Feature::Environment);
+        if (isLit && view.orthographic) item.features |= bit(Feature::Orthographic);
+        if (has(item.features, Feature::Shadows) && viewport.shadowColor.get() != glm::vec3(0.0f))
+            item.features |= bit(Feature::ShadowColour);
         item.casterFeatures = maskFeatures(*item.material, attributes);
         item.layerFeatures = item.casterFeatures;
         if (wantsFactors) item.layerFeatures |= run.features & ~bit(Feature::AmbientLights);
@@ -318,6 +321,10 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         item.relativeFromObject = placement.relativeTo(view.eyeWorld);
         item.worldFromObject = placement.relativeTo(glm::dvec3(0.0));
         item.normalFromObject = normalMatrix(placement.linear);
+        if (item.normalFromObject == glm::mat3(1.0f)) {
+            if (needs.faceNormals && isLit) item.features |= bit(Feature::WorldAxes);
+            item.layerFeatures |= bit(Feature::WorldAxes);
+        }
         item.isMirrored = item.isMirrored != (glm::determinant(placement.linear) < 0.0);
         // Light passes through what is blended; how much, no plain shadow map can say.
         item.castsShadow = !has(materialFeatures, Feature::AlphaBlend) && !excluded(tree, viewport, source.entry);

@@ -58,6 +58,19 @@ std::vector<Cluster> clustersOf(std::span<const std::uint32_t> indices, std::spa
     return clusters;
 }
 
+std::vector<ClusterGroup> groupsOf(std::span<const Cluster> clusters) {
+    std::vector<ClusterGroup> groups;
+    groups.reserve((clusters.size() + kGroupClusters - 1) / kGroupClusters);
+    for (std::size_t first = 0; first < clusters.size(); first += kGroupClusters) {
+        ClusterGroup group;
+        group.firstCluster = static_cast<std::uint32_t>(first);
+        group.clusters = static_cast<std::uint32_t>(std::min(kGroupClusters, clusters.size() - first));
+        for (std::size_t i = 0; i < group.clusters; ++i) group.box.add(clusters[first + i].box);
+        groups.push_back(group);
+    }
+    return groups;
+}
+
 glm::vec3 faceNormal(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
     const glm::dvec3 normal = glm::cross(glm::dvec3(b) - glm::dvec3(a), glm::dvec3(c) - glm::dvec3(a));
     const double length = glm::length(normal);

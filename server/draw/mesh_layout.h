@@ -23,6 +23,14 @@ struct Cluster {
     std::uint32_t triangles = 0;
 };
 
+// Consecutive clusters that are culled together first.
+inline constexpr std::size_t kGroupClusters = 16;
+struct ClusterGroup {
+    Box box;  // object space
+    std::uint32_t firstCluster = 0;
+    std::uint32_t clusters = 0;
+};
+
 // Triangles in the order they are drawn.
 struct TriangleOrder {
     std::vector<std::uint32_t> indices;     // three a triangle
@@ -37,6 +45,8 @@ void sanitise(std::span<float> values);
 TriangleOrder orderTriangles(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions, bool sorted);
 
 std::vector<Cluster> clustersOf(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions);
+
+std::vector<ClusterGroup> groupsOf(std::span<const Cluster> clusters);
 
 // Unit normal of a triangle, counter-clockwise seen from its tip; (0, 0, 1) for a degenerate one. Computed in double:
 // products of floats far apart overflow.

@@ -55,7 +55,8 @@ Result<void> TileTargets::reserve(const WallViews& views, std::span<const TileAs
         _finished.size() == tiles.size() &&
         std::equal(tiles.begin(), tiles.end(), _finished.begin(),
                    [](const TileAssignment& a, const Finished& b) { return a.pixels == b.tile.pixels; });
-    const bool same = work == _workSize && _samples == views.samples && _layerMask == views.layers && sameTiles &&
+    const bool inPlace = isDrawnInPlace(views, tiles);
+    const bool same = work == _workSize && inPlace == _inPlace && _samples == views.samples && _layerMask == views.layers && sameTiles &&
                       static_cast<std::uint32_t>(_factors.colourCount()) == factorImages;
     if (same) {
         for (std::size_t i = 0; i < tiles.size(); ++i) _finished[i].tile = tiles[i];
@@ -126,6 +127,10 @@ Result<void> TileTargets::reserve(const WallViews& views, std::span<const TileAs
         for (const TileAssignment& tile : tiles) {
             Finished finished;
             finished.tile = tile;
+            if (inPlace) {
+                _finished.push_back(std::move(finished));
+                continue;
+            }
             std::vector<gl::Attachment> attachments;
             const glm::ivec2 tileSize(std::max(tile.pixels.width, 1), std::max(tile.pixels.height, 1));
             const auto add = [&](GLenum format) -> Result<void> {
@@ -149,6 +154,7 @@ Result<void> TileTargets::reserve(const WallViews& views, std::span<const TileAs
         _workSize = work;
         _samples = views.samples;
         _layerMask = views.layers;
+        _inPlace = inPlace;
     }
     _lights = lights;
     for (Finished& finished : _finished) finished.factors.assign(lights, {});
@@ -198,6 +204,8 @@ void TileTargets::clearDepth(bool ofLayers) {
 void TileTargets::endPart() {
     const PixelRect place = partInWork();
     Finished& finished = _finished[_tile];
+    finished.place = place;
+    if (_inPlace) return;
     const glm::ivec2 to(_part.x - finished.tile.pixels.x, _part.y - finished.tile.pixels.y);
     glDisable(GL_SCISSOR_TEST);
     const auto copy = [&](const gl::Framebuffer& source, int fromImage, int toImage) {
@@ -246,7 +254,8 @@ Result<std::vector<TilePixels>> TileTargets::read(std::span<const std::string> l
         TilePixels tile;
         tile.tile = finished.tile;
         const PixelRect& pixels = finished.tile.pixels;
-        const gl::PixelRect rect{{0, 0}, {pixels.width, pixels.height}};
+        const glm::ivec2 corner = _inPlace ? glm::ivec2(finished.place.x, finished.place.y) : glm::ivec2(0);
+        const gl::PixelRect rect{corner, {pixels.width, pixels.height}};
         const auto texels = static_cast<std::size_t>(pixels.area());
         std::vector<LayerFormat> formats = formatsOf(_layerMask);
         formats.insert(formats.begin(), kColour);
@@ -259,7 +268,10 @@ Result<std::vector<TilePixels>> TileTargets::read(std::span<const std::string> l
             layer.isInteger = formats[i].layer == Layer::Ids;
             layer.pixels.resize(texels * layer.channels * 4);
             if (texels > 0) {
-                auto read = gl::readPixels(finished.framebuffer, static_cast<int>(i), rect, formats[i].pixels,
+                const bool isColour = i == 0;
+                const gl::Framebuffer& from = !_inPlace ? finished.framebuffer : isColour ? _colour : _layers;
+                const int image = static_cast<int>(_inPlace && !isColour ? i - 1 : i);
+                auto read = gl::readPixels(from, image, rect, formats[i].pixels,
                                            layer.isInteger ? GL_UNSIGNED_INT : GL_FLOAT, layer.pixels);
                 if (!read) return read.error();
             }

@@ -36,7 +36,7 @@ class TileTargets {
     void clearFactors();
     void clearDepth(bool ofLayers);  // in the current scissor
 
-    // Copies what is finished to the tile's own images.
+    // Copies what is finished to the tile's own images, unless it is drawn in place.
     void endPart();
     // After the factors of a batch of lights were drawn for a view's region of the wall.
     Result<void> keepFactors(std::uint32_t firstLight, const PixelRect& wallRegion);
@@ -53,7 +53,8 @@ class TileTargets {
     struct Finished {
         TileAssignment tile;
         std::vector<gl::Texture2D> images;  // colour, then layers in order
-        gl::Framebuffer framebuffer;
+        gl::Framebuffer framebuffer;  // empty when drawn in place
+        PixelRect place;              // then: in the work images
         std::vector<std::vector<float>> factors;  // by light; read back, as there may be hundreds
     };
     PixelRect partInWork() const;
@@ -63,6 +64,7 @@ class TileTargets {
     std::uint32_t _samples = 0;
     std::uint32_t _layerMask = 0;
     std::uint32_t _lights = 0;
+    bool _inPlace = false;
 
     std::vector<gl::Texture2D> _textures;
     std::vector<gl::Renderbuffer> _renderbuffers;

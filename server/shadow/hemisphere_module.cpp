@@ -27,7 +27,7 @@ Distances distancesOf(const gpu::GpuShadow& shadow) {
 
 ShadowFeatureSet HemisphereModule::features(const ShadowFit& fit) const {
     if (fit.shape != ShadowShape::Hemisphere) return plain().features(fit);
-    return bit(ShadowFeature::Maps) | bit(ShadowFeature::Hemispheres);
+    return bit(ShadowFeature::Maps) | bit(ShadowFeature::Perspective) | bit(ShadowFeature::Hemispheres);
 }
 
 ShadowDemand HemisphereModule::demand(const ShadowFit& fit) const {

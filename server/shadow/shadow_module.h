@@ -18,6 +18,7 @@ class ShadowMaps;
 enum class ShadowFeature : std::uint32_t {
     Maps,  // some light has a shadow; without View, from a map
     Warp,  // some map's texels vary over the map
+    Perspective,  // some map spreads from a light that stands somewhere; without: all are parallel
     Cube,
     Hemispheres,
     Filter,      // percentage closer

@@ -37,7 +37,12 @@ vec3 lightTerm(GpuLight light, Reflection reflection, vec3 relative, vec3 normal
 
 // The share of the i-th light's contribution that its shadow leaves.
 vec3 shadowTint(uint i, GpuLight light, vec3 relative, vec3 faceNormal, vec3 toLight) {
-    return mix(frame.shadowColour.rgb, vec3(1.0), shadowFactor(i, light, relative, faceNormal, toLight));
+    float factor = shadowFactor(i, light, relative, faceNormal, toLight);
+#ifdef FEATURE_SHADOW_COLOUR
+    return mix(frame.shadowColour.rgb, vec3(1.0), factor);
+#else
+    return vec3(factor);
+#endif
 }
 
 #ifdef FEATURE_FOREIGN_SHADING

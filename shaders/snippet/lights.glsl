@@ -60,6 +60,10 @@ float spotShare(GpuLight light, vec3 fromLight, float meters, float distanceSqua
 
 // What arrives from a light on a surface that faces it, W/m^2, unshadowed; and the unit vector towards it.
 vec3 irradianceFrom(GpuLight light, vec3 relative, out vec3 toLight) {
+#if !defined(FEATURE_POINT_LIGHTS) && !defined(FEATURE_SPOT_LIGHTS) && !defined(FEATURE_GONIOMETRIC_LIGHTS)
+    toLight = -light.direction;
+    return light.irradianceOrIntensity;
+#else
 #ifdef FEATURE_DIRECTIONAL_LIGHTS
     if (light.kind == kLightDirectional) {
         toLight = -light.direction;
@@ -83,6 +87,7 @@ vec3 irradianceFrom(GpuLight light, vec3 relative, out vec3 toLight) {
     if (light.kind == kLightGoniometric) share *= webShare(light, -toLight);
 #endif
     return light.irradianceOrIntensity * share;
+#endif
 }
 
 // The one place where shadow meets light: the share of its own contribution that remains of the i-th light.
@@ -93,7 +98,10 @@ float shadowFactor(uint i, GpuLight light, vec3 relative, vec3 faceNormal, vec3 
 #else
     uint shadow = firstShadowOf(i, light);
 #endif
-    if (light.shadowIndex >= 0) return shadowFactor(shadow, relative, faceNormal, toLight);
+#ifndef FEATURE_ONE_LIGHT  // it has one: nobody else could
+    if (light.shadowIndex >= 0)
+#endif
+        return shadowFactor(shadow, relative, faceNormal, toLight);
 #endif
     return 1.0;
 }

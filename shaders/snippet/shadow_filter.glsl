@@ -88,16 +88,6 @@ float filterPercentageCloser(sampler2DArray maps, sampler2DArray bounds, GpuShad
 }
 
 #ifdef FEATURE_SHADOW_SOFT_FILTER
-// Of the depth stored at a texel, from the light along its axis.
-float distanceAt(GpuShadow shadow, float stored, vec2 texel) {
-    float depth = stored;
-#ifdef FEATURE_SHADOW_WARP
-    depth /= dot(shadow.unwarp, vec3(texel * (2.0 / shadow.mapSize) - 1.0, 1.0));
-#endif
-    return shadow.isPerspective > 0.5 ? shadow.depthScale / (depth + shadow.depthOffset)
-                                      : shadow.depthOffset - shadow.depthScale * depth;
-}
-
 // The width of the penumbra at the place behind an edge at this distance from the light, by similar triangles, in texels.
 vec2 penumbraTexels(GpuShadow shadow, ShadowPlace place, float blocker) {
     float behind = max(place.distance - blocker, 0.0) * shadow.lightSize;
@@ -130,7 +120,7 @@ float filterSoft(sampler2DArray maps, sampler2DArray bounds, GpuShadow shadow, S
         vec2 centre = clamp(floor(at), vec2(0.0), vec2(shadow.mapSize - 1.0)) + 0.5;
         float stored = texelFetch(maps, ivec3(ivec2(centre), int(shadow.layer)), 0).r;
         if (stored > place.stored + dot(place.slope, centre - place.texel)) {
-            sum += distanceAt(shadow, stored, centre);
+            sum += distanceOf(shadow, stored, centre);
             found += 1.0;
         }
         ++column;

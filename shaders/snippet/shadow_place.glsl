@@ -20,7 +20,11 @@ const float kLeastFacing = 0.1;
 // The place across the light of a point relative to shadow.origin, and the scale that texels grow with.
 vec3 acrossLight(GpuShadow shadow, vec3 fromOrigin, out float scale) {
     float axial = dot(fromOrigin, shadow.axisZ);
+#ifdef FEATURE_SHADOW_PERSPECTIVE
     scale = shadow.isPerspective > 0.5 ? max(-axial, 0.0) : 1.0;
+#else
+    scale = 1.0;
+#endif
     return fromOrigin - axial * shadow.axisZ;
 }
 
@@ -68,12 +72,51 @@ ShadowPlace placeOnHemisphere(GpuShadow shadow, vec3 relative, vec3 facing, vec3
 }
 #endif
 
+// The distance from the light along its axis of what is stored at the map coordinates of a texel.
+float distanceOf(GpuShadow shadow, float stored, vec2 texel) {
+    float depth = stored;
+#ifdef FEATURE_SHADOW_WARP
+    depth /= dot(shadow.unwarp, vec3(texel * (2.0 / shadow.mapSize) - 1.0, 1.0));
+#endif
+#ifdef FEATURE_SHADOW_PERSPECTIVE
+    if (shadow.isPerspective > 0.5) return shadow.depthScale / (depth + shadow.depthOffset);
+#endif
+    return shadow.depthOffset - shadow.depthScale * depth;
+}
+
+#if !defined(FEATURE_SHADOW_PERSPECTIVE) && !defined(FEATURE_SHADOW_WARP)
+// The general function below, multiplied out where nothing but the place itself varies over the map: a third of the
+// numbers to load.
+ShadowPlace placeOnParallelMap(GpuShadow shadow, vec3 relative, vec3 facing) {
+    ShadowPlace place;
+    vec3 along = vec3(dot(shadow.texelRowX.xyz, facing), dot(shadow.texelRowY.xyz, facing),
+                      dot(shadow.depthRow.xyz, facing));
+    float offset = abs(along.x) * shadow.offsetX + abs(along.y) * shadow.offsetY;
+    place.texel = vec2(dot(shadow.texelRowX.xyz, relative) + shadow.texelRowX.w,
+                       dot(shadow.texelRowY.xyz, relative) + shadow.texelRowY.w) + along.xy * offset;
+    place.stored = dot(shadow.depthRow.xyz, relative) + shadow.depthRow.w + along.z * offset +
+                   shadow.depthPerMetre * shadowRoundingBias(largestOf(relative));
+    place.isOn = all(greaterThanEqual(place.texel, vec2(0.0))) && all(lessThan(place.texel, vec2(shadow.mapSize)));
+    place.slope = vec2(0.0);
+#ifdef FEATURE_SHADOW_FILTER
+    vec2 sides = vec2(dot(facing, shadow.texelX), dot(facing, shadow.texelY));
+    place.slope = -sides * (shadow.depthPerMetre / max(along.z / shadow.depthPerMetre, kLeastFacing));
+    place.texelMetres = vec2(length(shadow.texelX), length(shadow.texelY));
+    place.distance = distanceOf(shadow, place.stored, place.texel);
+#endif
+    return place;
+}
+#endif
+
 // relative: the surface, eye-relative world; normal: geometric, unit; toLight: unit.
 ShadowPlace placeOnShadowMap(GpuShadow shadow, vec3 relative, vec3 normal, vec3 toLight) {
     vec3 facing = dot(normal, toLight) < 0.0 ? -normal : normal;
 #ifdef FEATURE_SHADOW_HEMISPHERES
     if (shadow.shape == kShadowHemisphere) return placeOnHemisphere(shadow, relative, facing, toLight);
 #endif
+#if !defined(FEATURE_SHADOW_PERSPECTIVE) && !defined(FEATURE_SHADOW_WARP)
+    return placeOnParallelMap(shadow, relative, facing);
+#else
     ShadowPlace place;
     float scale;
     vec3 across = acrossLight(shadow, relative - shadow.origin, scale);
@@ -99,14 +142,10 @@ ShadowPlace placeOnShadowMap(GpuShadow shadow, vec3 relative, vec3 normal, vec3 
     vec4 stepY = shadow.clipFromRelative * vec4(stepOnPlane(sideY, facing, toLight), 0.0);
     place.slope = vec2(stepX.z - mapped.z * stepX.w, stepY.z - mapped.z * stepY.w) / clip.w;
     place.texelMetres = vec2(length(sideX), length(sideY));
-    float depth = mapped.z;
-#ifdef FEATURE_SHADOW_WARP
-    depth /= dot(shadow.unwarp, vec3(mapped.xy, 1.0));
-#endif
-    place.distance = shadow.isPerspective > 0.5 ? shadow.depthScale / (depth + shadow.depthOffset)
-                                                : shadow.depthOffset - shadow.depthScale * depth;
+    place.distance = distanceOf(shadow, place.stored, place.texel);
 #endif
     return place;
+#endif
 }
 
 // What the map would hold at the nearest texel's centre for a surface that stays at the place's distance across the texel:

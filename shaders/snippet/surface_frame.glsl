@@ -7,7 +7,11 @@ layout(binding = 7) uniform samplerBuffer faceNormals;
 // Unit, world axes, on the side of the winding; from a table, as derivatives would differ between tiles.
 vec3 faceNormalWorld() {
     vec3 normal = texelFetch(faceNormals, int(surface.firstTriangle) + gl_PrimitiveID).xyz;
+#ifdef FEATURE_WORLD_AXES
+    return normal;
+#else
     return normalizeOr(normalFromObject * normal, vec3(0.0, 0.0, 1.0));
+#endif
 }
 
 #ifdef FEATURE_FLAT_MEAN

@@ -14,5 +14,5 @@ struct BlockLight {
     GpuShadow shadows[kBlockParts];
     vec4 unused[3];  // four of these are a multiple of the 256 bytes at which any driver takes a uniform block
 };
-LAYOUT_SIZE(BlockLight, 1344)
+LAYOUT_SIZE(BlockLight, 1728)
 LAYOUT_OFFSET(BlockLight, shadows, 144)

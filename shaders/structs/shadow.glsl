@@ -35,8 +35,17 @@ struct GpuShadow {
     uint filterSamples;     // along each side of a filter
     uint blockerSamples;    // along each side of the search for blockers
     uint boundsBlock;       // texels along each side of a block of shadowBounds
+    // Of parallel maps that are not warped, all above that their lookups need, multiplied out. Rows: relative to texels
+    // from the map's corner, and to stored depth.
+    vec4 texelRowX;
+    vec4 texelRowY;
+    vec4 depthRow;          // constantBias included
+    float offsetX;          // texels, along the map's x, per texel that a unit normal leads along it: normalOffset
+    float offsetY;          //   times the squared side; the same for y
+    float depthPerMetre;    // towards the light
+    float unused;
 };
-LAYOUT_SIZE(GpuShadow, 192)
+LAYOUT_SIZE(GpuShadow, 256)
 LAYOUT_OFFSET(GpuShadow, warpX, 76)
 LAYOUT_OFFSET(GpuShadow, texelY, 80)
 LAYOUT_OFFSET(GpuShadow, axisZ, 96)
@@ -48,3 +57,4 @@ LAYOUT_OFFSET(GpuShadow, depthOffset, 156)
 LAYOUT_OFFSET(GpuShadow, filterTexels, 160)
 LAYOUT_OFFSET(GpuShadow, shape, 176)
 LAYOUT_OFFSET(GpuShadow, boundsBlock, 188)
+LAYOUT_OFFSET(GpuShadow, depthRow, 224)

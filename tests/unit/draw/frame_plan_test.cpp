@@ -96,12 +96,29 @@ TEST_F(FramePlanTest, ExplainNamesPassesTargetsAndVariants) {
     EXPECT_EQ(plan().explain(),
               "passes: 1\n"
               "  view 0 surfaces    reach 0 px -> colour, depth: 7 items, 0 lights\n"
-              "targets: 3 (8100.0 KiB)\n"
+              "targets: 2 (4500.0 KiB)\n"
               "  colour: RGBA32F 640x360 3600.0 KiB\n"
               "  depth: D32F 640x360 900.0 KiB\n"
-              "  tile colour: RGBA32F 640x360 3600.0 KiB\n"
               "shader variants: 1\n"
               "  7 items: normals blinn-phong\n");
+}
+
+TEST_F(FramePlanTest, TilesWithinABlockAreNotCopied) {
+    const auto isInPlace = [&](PixelRect pixels) {
+        const TileAssignment tile{0, pixels, Eye::Mono};
+        return isDrawnInPlace(views, {&tile, 1});
+    };
+    views.wall = {4096, 2048};
+    EXPECT_TRUE(isInPlace({1024, 0, 1024, 1024}));
+    EXPECT_FALSE(isInPlace({1023, 0, 2, 2}));
+    EXPECT_FALSE(isInPlace({0, 1000, 10, 25}));
+    views.tiles = TileMode::Exact;
+    EXPECT_TRUE(isInPlace({1023, 0, 2, 2}));
+    views.samples = 4;
+    EXPECT_FALSE(isInPlace({0, 0, 2, 2}));
+    views.samples = 1;
+    const TileAssignment two[] = {{0, {0, 0, 2, 2}, Eye::Mono}, {1, {2, 0, 2, 2}, Eye::Mono}};
+    EXPECT_FALSE(isDrawnInPlace(views, two));
 }
 
 TEST_F(FramePlanTest, EveryFeatureHasADefineOfItsOwn) {
