@@ -23,6 +23,33 @@ glm::dmat4 clipFromRelativeOf(const View& view) {
     return view.clipFromView * glm::dmat4(view.viewFromWorld);
 }
 
+PixelRect pixelsOf(const View& view, const Box& box, const glm::dmat4& relativeFromObject, double marginPixels) {
+    if (box.empty()) return {};
+    const glm::dmat4 clipFromObject = clipFromRelativeOf(view) * relativeFromObject;
+    glm::dvec2 lower(std::numeric_limits<double>::infinity());
+    glm::dvec2 upper = -lower;
+    for (const glm::dvec3& corner : box.corners()) {
+        const glm::dvec4 clip = clipFromObject * glm::dvec4(corner, 1.0);
+        // Beside the eye places run away to infinity, behind it they come back from the other side.
+        if (!(clip.w > 1e-6 * glm::length(glm::dvec2(clip)))) return view.region;
+        const glm::dvec2 place = glm::dvec2(clip) / clip.w;
+        lower = glm::min(lower, place);
+        upper = glm::max(upper, place);
+    }
+    const auto first = [&](double ndc, std::int32_t origin, std::int32_t size) {
+        return static_cast<std::int32_t>(
+            std::floor(origin + (std::clamp(ndc, -1.0, 1.0) + 1.0) * 0.5 * size - marginPixels));
+    };
+    const auto last = [&](double ndc, std::int32_t origin, std::int32_t size) {
+        return static_cast<std::int32_t>(
+            std::ceil(origin + (std::clamp(ndc, -1.0, 1.0) + 1.0) * 0.5 * size + marginPixels));
+    };
+    const std::int32_t x = first(lower.x, view.region.x, view.region.width);
+    const std::int32_t y = first(lower.y, view.region.y, view.region.height);
+    return intersect(view.region, {x, y, last(upper.x, view.region.x, view.region.width) - x,
+                                   last(upper.y, view.region.y, view.region.height) - y});
+}
+
 Frustum tileFrustum(const View& view, const PixelRect& pixels, double marginPixels) {
     const glm::dmat4 clipFromRelative = clipFromRelativeOf(view);
     const glm::dvec4 x = row(clipFromRelative, 0);

@@ -47,6 +47,10 @@ Frustum tileFrustum(const View& view, const PixelRect& pixels, double marginPixe
 // The projection of a view, from eye-relative world coordinates to clip space.
 glm::dmat4 clipFromRelativeOf(const View& view);
 
+// The pixels of the wall that a box, placed by relativeFromObject, may cover: all of the view's where it reaches to or
+// behind the eye.
+PixelRect pixelsOf(const View& view, const Box& box, const glm::dmat4& relativeFromObject, double marginPixels);
+
 enum class Overlap { Outside, Partial, Inside };
 
 // The frustum in the space of an object.

@@ -1,10 +1,14 @@
 #include "server/draw/darkness_painter.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
 
+#include "common/base/log.h"
+#include "common/scene/nodes.h"
 #include "server/shadow/view_module.h"
 #include "shaders/structs_cpp.h"
 
@@ -176,8 +180,8 @@ Result<void> DarknessPainter::paintSurfaces(const Aspect& scene, const ViewScene
     });
 }
 
-Result<void> DarknessPainter::paintVolumes(const ViewScene& view, const ShadowFit& fit, const Frustum& frustum,
-                                           const Frustum& wholeView) {
+Result<void> DarknessPainter::paintVolumes(const Aspect& scene, const ViewScene& view, const ShadowFit& fit,
+                                           const Frustum& frustum, const Frustum& wholeView) {
     auto program = _shaders.volume();
     if (!program) return program.error();
     (*program)->use();
@@ -186,6 +190,15 @@ Result<void> DarknessPainter::paintVolumes(const ViewScene& view, const ShadowFi
     const glm::dvec4 light = lightRelative(fit, view.view->eyeWorld);
     for (const SurfaceItem& item : view.items) {
         if (!item.castsShadow || shadowMisses(frustum, item.geometry->box(), item.relativeFromObject, light)) continue;
+        if (has(item.casterFeatures, Feature::AlphaMask) && _namedCutOuts.insert(item.node).second) {
+            const Node* node = scene.findAs<Node>(item.node);
+            const std::string name =
+                node && !node->name.get().empty() ? node->name.get() : std::to_string(item.node.value);
+            log::warning(
+                fmt::format("shadow volumes take '{}' for whole, which a texture cuts out: maps and flattened "
+                            "casters (--shadow std, planar) have its holes",
+                            name));
+        }
         auto volume = volumeOf(item, fit, light, view.view->orthographic);
         if (!volume) return volume.error();
         if ((*volume)->corners == 0) continue;
@@ -214,7 +227,8 @@ Result<void> DarknessPainter::paintVolumes(const ViewScene& view, const ShadowFi
     return {};
 }
 
-Result<void> DarknessPainter::paintPlanar(const ViewScene& view, const ShadowFit& fit, const DrawEntries& drawEntries) {
+Result<void> DarknessPainter::paintPlanar(const Aspect& scene, const ViewScene& view, const ShadowFit& fit,
+                                          const DrawEntries& drawEntries) {
     const glm::dvec3 eye = view.view->eyeWorld;
     const glm::dvec4 light = lightRelative(fit, eye);
     const glm::dvec3 normal(fit.planeWorld);
@@ -224,25 +238,30 @@ Result<void> DarknessPainter::paintPlanar(const ViewScene& view, const ShadowFit
     // Between the light and the plane: nearer to the plane than the light is.
     const double above = glm::dot(plane, light);
     const glm::dvec4 belowLight = glm::dvec4(0, 0, 0, 1) - light.w / above * plane;
-    auto program = _shaders.planar();
-    if (!program) return program.error();
-    (*program)->use();
-    (*program)->set(4, glm::vec4(plane));
-    (*program)->set(5, fit.mode == ShadowMode::PlanarStencil ? 1.0f : 0.0f);
     _images.bindPositions(static_cast<GLuint>(TextureUnit::Positions));
     glDisable(GL_CULL_FACE);
     glDisable(GL_DEPTH_TEST);
     glEnable(GL_CLIP_DISTANCE0);
     glEnable(GL_CLIP_DISTANCE1);
     const DrawList casters = listAllCasters(view);
+    const gl::Program* current = nullptr;
+    const GpuMaterial* material = nullptr;
     auto drawn = drawEntries(casters, 0, casters.entries.size(), [&](const SurfaceItem& item) -> Result<void> {
+        auto program = _shaders.planar(item.casterFeatures);
+        if (!program) return program.error();
+        if (*program != current) (*program)->use();
+        current = *program;
+        current->set(4, glm::vec4(plane));
+        current->set(5, fit.mode == ShadowMode::PlanarStencil ? 1.0f : 0.0f);
         const glm::dmat4& relative = item.relativeFromObject;
         // What lies on the plane is what the shadow falls on.
         const double reach = glm::length(glm::dvec3(relative * glm::dvec4(item.geometry->box().centre(), 1.0)));
-        (*program)->set(0, glm::mat4(*flatten * relative));
-        (*program)->set(1, glm::vec4((plane - glm::dvec4(0, 0, 0, kFlat * reach)) * relative));
-        (*program)->set(2, glm::vec4(belowLight * relative));
-        return {};
+        current->set(0, glm::mat4(*flatten * relative));
+        current->set(1, glm::vec4((plane - glm::dvec4(0, 0, 0, kFlat * reach)) * relative));
+        current->set(2, glm::vec4(belowLight * relative));
+        if (item.casterFeatures == 0 || material == item.material) return {};
+        material = item.material;
+        return _gpuScene.materials().bind(scene, *material, _gpuScene.textures());
     });
     glDisable(GL_CLIP_DISTANCE0);
     glDisable(GL_CLIP_DISTANCE1);
@@ -367,11 +386,11 @@ Result<std::uint64_t> DarknessPainter::paint(const Aspect& scene, const ViewScen
         switch (fit.mode) {
             case ShadowMode::VolumeZPass:
             case ShadowMode::VolumeZFail:
-                painted = paintVolumes(view, fit, frustum, wholeView);
+                painted = paintVolumes(scene, view, fit, frustum, wholeView);
                 break;
             case ShadowMode::Planar:
             case ShadowMode::PlanarStencil:
-                painted = paintPlanar(view, fit, drawEntries);
+                painted = paintPlanar(scene, view, fit, drawEntries);
                 break;
             default:
                 painted = paintBlobs(view, fit, frustum);

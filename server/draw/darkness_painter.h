@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "server/draw/draw_list.h"
@@ -63,9 +64,10 @@ class DarknessPainter {
     Result<void> paintSurfaces(const Aspect& scene, const ViewScene& view, const DrawList& visible,
                                const DrawEntries& drawEntries);
     void fill();
-    Result<void> paintVolumes(const ViewScene& view, const ShadowFit& fit, const Frustum& frustum,
+    Result<void> paintVolumes(const Aspect& scene, const ViewScene& view, const ShadowFit& fit, const Frustum& frustum,
                               const Frustum& wholeView);
-    Result<void> paintPlanar(const ViewScene& view, const ShadowFit& fit, const DrawEntries& drawEntries);
+    Result<void> paintPlanar(const Aspect& scene, const ViewScene& view, const ShadowFit& fit,
+                             const DrawEntries& drawEntries);
     Result<void> paintBlobs(const ViewScene& view, const ShadowFit& fit, const Frustum& frustum);
     Result<Volume*> volumeOf(const SurfaceItem& item, const ShadowFit& fit, const glm::dvec4& lightRelative,
                              bool finite);
@@ -75,6 +77,7 @@ class DarknessPainter {
     DarknessImages _images;
     gl::VertexArray _noVertices;
     std::map<std::pair<ContainerId, ContainerId>, Volume> _volumes;  // by caster's node and light
+    std::set<ContainerId> _namedCutOuts;  // casters whose holes volumes do not have, that a warning has named
     std::uint64_t _use = 0;
     std::uint64_t _triangles = 0;
     gl::Buffer _blobVertices, _blobs;

@@ -123,8 +123,8 @@ Result<const gl::Program*> ShaderLibrary::volume() {
     return find({"stage/volume.vert.glsl", "stage/volume.frag.glsl"}, {});
 }
 
-Result<const gl::Program*> ShaderLibrary::planar() {
-    return find({"stage/planar.vert.glsl", "stage/planar.frag.glsl"}, withSamples({}));
+Result<const gl::Program*> ShaderLibrary::planar(FeatureSet features) {
+    return find({"stage/planar.vert.glsl", "stage/planar.frag.glsl"}, withSamples(definesOf(features)));
 }
 
 Result<const gl::Program*> ShaderLibrary::blob() {

@@ -30,7 +30,8 @@ class ShaderLibrary {
     Result<const gl::Program*> screen(const std::string& fragment);
     Result<const gl::Program*> overView(const std::string& fragment, const std::vector<gl::ShaderDefine>& defines);
     Result<const gl::Program*> volume();
-    Result<const gl::Program*> planar();
+    // features: of the caster (SurfaceItem::casterFeatures).
+    Result<const gl::Program*> planar(FeatureSet features);
     Result<const gl::Program*> blob();
     Result<const gl::Program*> background(BackgroundKind kind);
     Result<const gl::Program*> foreground(bool isText);

@@ -21,6 +21,11 @@ struct FrameBlock {
     glm::vec4 fogColour;
 };
 
+bool isOfDarkness(PassKind kind) {
+    return kind == PassKind::Darkness || kind == PassKind::Factors || kind == PassKind::Edges ||
+           kind == PassKind::Gauss;
+}
+
 // Relative to the viewport up to 1, pixels above.
 float placed(float value, std::int32_t origin, std::int32_t size) {
     return static_cast<float>(origin) + (value <= 1.0f ? value * static_cast<float>(size) : value);
@@ -220,6 +225,31 @@ Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& paint
 
 Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painting, bool blended) {
     const DrawList& list = painting.visible;
+    if (!blended) return drawSurfaceEntries(scene, painting, 0, list.opaqueEntries, false);
+    // What lies before others has a darkness of its own, which no image of the nearest surfaces holds: each such item
+    // is given one, right before it is drawn.
+    bool replaced = false;
+    for (std::size_t i = list.opaqueEntries; i < list.entries.size();) {
+        const auto isDark = [&](std::size_t entry) {
+            return has(painting.scene.items[list.entries[entry].item].features, Feature::ShadowView);
+        };
+        std::size_t end = i + 1;
+        if (isDark(i)) {
+            if (auto drawn = drawDarknessOf(scene, painting, list.entries[i]); !drawn) return drawn;
+            replaced = true;
+        } else {
+            while (end < list.entries.size() && !isDark(end)) ++end;
+        }
+        if (auto drawn = drawSurfaceEntries(scene, painting, i, end, true); !drawn) return drawn;
+        i = end;
+    }
+    painting.isDarknessReplaced |= replaced;
+    return {};
+}
+
+Result<void> TilePainter::drawSurfaceEntries(const Aspect& scene, ViewPainting& painting, std::size_t first,
+                                             std::size_t end, bool blended) {
+    const DrawList& list = painting.visible;
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GREATER);
     glDepthMask(blended ? GL_FALSE : GL_TRUE);
@@ -229,29 +259,26 @@ Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painti
     }
     const gl::Program* current = nullptr;
     const GpuMaterial* material = nullptr;
-    auto drawn =
-        drawEntries(painting, list, blended ? list.opaqueEntries : 0,
-                    blended ? list.entries.size() : list.opaqueEntries, [&](const SurfaceItem& item) -> Result<GLenum> {
-                        auto program = _shaders.surface(item.features);
-                        if (!program) return program.error();
-                        if (*program != current) (*program)->use();
-                        current = *program;
-                        if (auto set = setSurface(scene, painting, item, *current); !set) return set.error();
-                        setSides(item);
-                        if (item.geometry->faceNormals())
-                            item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
-                        if (has(item.features, Feature::FlatMean))
-                            item.geometry->flatFaces().bind(static_cast<GLuint>(TextureUnit::FlatFaces));
-                        if (material != item.material) {
-                            material = item.material;
-                            if (auto bound = _gpuScene.materials().bind(scene, *material, _gpuScene.textures()); !bound)
-                                return bound.error();
-                        }
-                        if (has(item.features, Feature::VertexTable))
-                            if (auto filled = fillVertexTable(scene, painting, item, *current); !filled)
-                                return filled.error();
-                        return GLenum{GL_TRIANGLES};
-                    });
+    auto drawn = drawEntries(painting, list, first, end, [&](const SurfaceItem& item) -> Result<GLenum> {
+        auto program = _shaders.surface(item.features);
+        if (!program) return program.error();
+        if (*program != current) (*program)->use();
+        current = *program;
+        if (auto set = setSurface(scene, painting, item, *current); !set) return set.error();
+        setSides(item);
+        if (item.geometry->faceNormals())
+            item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
+        if (has(item.features, Feature::FlatMean))
+            item.geometry->flatFaces().bind(static_cast<GLuint>(TextureUnit::FlatFaces));
+        if (material != item.material) {
+            material = item.material;
+            if (auto bound = _gpuScene.materials().bind(scene, *material, _gpuScene.textures()); !bound)
+                return bound.error();
+        }
+        if (has(item.features, Feature::VertexTable))
+            if (auto filled = fillVertexTable(scene, painting, item, *current); !filled) return filled.error();
+        return GLenum{GL_TRIANGLES};
+    });
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
     return drawn;
@@ -324,35 +351,63 @@ Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall,
     return factors ? _targets.keepFactors(firstLight, painting.area) : drawn;
 }
 
-Result<void> TilePainter::drawDarkness(const Aspect& scene, ViewPainting& painting, const PlannedPass& pass) {
-    bindView(painting);
-    const View& view = *painting.scene.view;
-    const Frustum part = tileFrustum(view, painting.area, kMarginPixels);
-    const Frustum whole = tileFrustum(view, view.region, kMarginPixels);
-    const auto entries = [&](const DrawList& list, std::size_t first, std::size_t end,
+DarknessPainter::DrawEntries TilePainter::darknessEntries(const ViewPainting& painting) {
+    return [this, &painting](const DrawList& list, std::size_t first, std::size_t end,
                              const std::function<Result<void>(const SurfaceItem&)>& prepare) {
         return drawEntries(painting, list, first, end, [&](const SurfaceItem& item) -> Result<GLenum> {
             if (auto prepared = prepare(item); !prepared) return prepared.error();
             return GLenum{GL_TRIANGLES};
         });
     };
+}
+
+Result<void> TilePainter::drawDarkness(const Aspect& scene, ViewPainting& painting, const PlannedPass& pass) {
+    if (pass.kind == PassKind::Darkness) return drawViewDarkness(scene, painting, painting.visible, painting.area);
+    bindView(painting);
     if (pass.kind == PassKind::Gauss) return _darkness.filter(painting.scene);
+    const auto entries = darknessEntries(painting);
     const std::uint64_t before = _counts.triangles;
-    if (pass.kind != PassKind::Darkness) {
-        auto painted = pass.kind == PassKind::Factors
-                           ? _darkness.paintFactors(
-                                 scene, painting.scene, painting.visible,
-                                 [&](const gl::Program& program, const LightList::Run& run) { bindLights(program, run); },
-                                 entries)
-                           : _darkness.paintEdges(scene, painting.scene, painting.visible, pass.first != 0, entries);
-        _counts.shadowTriangles += _counts.triangles - before;
-        return painted;
-    }
-    const auto volumes = _darkness.paint(scene, painting.scene, painting.visible, part, whole, entries);
+    auto painted =
+        pass.kind == PassKind::Factors
+            ? _darkness.paintFactors(
+                  scene, painting.scene, painting.visible,
+                  [&](const gl::Program& program, const LightList::Run& run) { bindLights(program, run); }, entries)
+            : _darkness.paintEdges(scene, painting.scene, painting.visible, pass.first != 0, entries);
+    _counts.shadowTriangles += _counts.triangles - before;
+    return painted;
+}
+
+Result<void> TilePainter::drawViewDarkness(const Aspect& scene, const ViewPainting& painting, const DrawList& visible,
+                                           const PixelRect& area) {
+    bindView(painting);
+    const glm::ivec2 origin = _targets.wallOrigin();
+    glScissor(area.x - origin.x, area.y - origin.y, area.width, area.height);
+    const View& view = *painting.scene.view;
+    const Frustum part = tileFrustum(view, area, kMarginPixels);
+    const Frustum whole = tileFrustum(view, view.region, kMarginPixels);
+    const std::uint64_t before = _counts.triangles;
+    const auto volumes = _darkness.paint(scene, painting.scene, visible, part, whole, darknessEntries(painting));
     if (!volumes) return volumes.error();
     _counts.triangles += *volumes;
     _counts.shadowTriangles += _counts.triangles - before;
     return {};
+}
+
+Result<void> TilePainter::drawDarknessOf(const Aspect& scene, ViewPainting& painting, const DrawList::Entry& entry) {
+    const SurfaceItem& item = painting.scene.items[entry.item];
+    const DrawList& all = painting.visible;
+    DrawList alone;
+    const auto first = all.commands.begin() + entry.first;
+    alone.commands.assign(first, first + entry.count);
+    alone.entries.push_back({entry.item, 0, entry.count});
+    alone.opaqueEntries = 1;
+    const PixelRect area = intersect(
+        pixelsOf(*painting.scene.view, item.geometry->box(), item.relativeFromObject, kMarginPixels), painting.area);
+    Result<void> drawn = area.empty() ? Result<void>() : drawViewDarkness(scene, painting, alone, area);
+    _targets.bindColour();
+    bindView(painting);
+    _darkness.bind();
+    return drawn;
 }
 
 Result<void> TilePainter::drawBackground(const Aspect& scene, ViewPainting& painting) {
@@ -514,6 +569,7 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
     for (std::uint32_t i = 0; i < views.size(); ++i) {
         ViewPainting& painting = views[i];
         painting.area = {};
+        painting.isDarknessReplaced = false;
         if (!painting.scene.viewport || painting.scene.view->eye != eye) continue;
         const View& view = *painting.scene.view;
         const std::int32_t reach = plan.reachOf(i);
@@ -569,6 +625,15 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
                 done = drawForegrounds(scene, painting);
                 break;
             case PassKind::Layers:
+                // Light factors are those of opaque surfaces.
+                if (painting.isDarknessReplaced && pass.first != kNoFactors) {
+                    for (const PlannedPass& before : plan.passes)
+                        if (done && before.view == pass.view && isOfDarkness(before.kind))
+                            done = drawDarkness(scene, painting, before);
+                    if (!done) return done;
+                    _darkness.bind();
+                    painting.isDarknessReplaced = false;
+                }
                 done = drawLayers(scene, wall, painting, pass.first);
                 break;
             case PassKind::Deform:

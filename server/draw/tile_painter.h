@@ -51,6 +51,7 @@ struct ViewPainting {
     DrawList visible;
     PixelRect area;   // of the part, grown by the reach, within the view's region
     PixelRect block;  // what the work images stand for, within the view's region
+    bool isDarknessReplaced = false;  // by that of blended surfaces
 };
 
 // Runs the passes of a frame plan for one tile after the other.
@@ -82,12 +83,20 @@ class TilePainter {
     bool isKept(const ViewPainting& view, std::uint32_t shadow) const;
     Result<void> drawCasters(const Aspect& scene, const ViewPainting& view, const DrawList& casters,
                              const CasterStage& stage);
+    DarknessPainter::DrawEntries darknessEntries(const ViewPainting& painting);
     // The passes before the surfaces that make shadows in the view.
     Result<void> drawDarkness(const Aspect& scene, ViewPainting& painting, const PlannedPass& pass);
+    // Of these, what modules in the view do, for surfaces of `visible` within `area`.
+    Result<void> drawViewDarkness(const Aspect& scene, const ViewPainting& painting, const DrawList& visible,
+                                  const PixelRect& area);
+    // The same for one blended entry alone, and back to where surfaces are drawn.
+    Result<void> drawDarknessOf(const Aspect& scene, ViewPainting& painting, const DrawList::Entry& entry);
     Result<void> drawBackground(const Aspect& scene, ViewPainting& view);
     Result<void> drawForegrounds(const Aspect& scene, ViewPainting& view);
     // Opaque or blended items into the colour image.
     Result<void> drawSurfaces(const Aspect& scene, ViewPainting& view, bool blended);
+    Result<void> drawSurfaceEntries(const Aspect& scene, ViewPainting& view, std::size_t first, std::size_t end,
+                                    bool blended);
     // Shades the vertices of an item with Feature::VertexTable for `surface`, its program, which will draw it; material
     // and environment are bound. Error: more memory than the driver gives.
     Result<void> fillVertexTable(const Aspect& scene, const ViewPainting& view, const SurfaceItem& item,

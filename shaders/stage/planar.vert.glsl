@@ -1,5 +1,6 @@
 // A caster flattened onto a plane along the light's rays.
 #include "snippet/frame.glsl"
+#include "snippet/caster_corner.glsl"
 layout(location = 0) in vec3 position;
 layout(location = 0) uniform mat4 flatFromObject;    // to eye-relative world, homogeneous
 layout(location = 1) uniform vec4 planeObject;       // positive on the light's side
@@ -12,6 +13,7 @@ out gl_PerVertex {
 out vec4 flattened;
 
 void main() {
+    handOnHoles();
     vec4 point = vec4(position, 1.0);
     flattened = flatFromObject * point;
     gl_Position = frame.clipFromRelative * flattened;

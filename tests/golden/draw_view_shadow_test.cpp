@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "tests/golden/draw_fixture.h"
 
 namespace umbriel {
@@ -182,6 +184,151 @@ TEST_F(ViewShadowTest, ABlobIsDarkUnderItsObjectAndFadesOut) {
     EXPECT_EQ(factor(0, 1.1 * radius), 1.0f);
     EXPECT_EQ(factor(0.4 * radius * std::sqrt(2.0), 0), 0.0f) << "drawn out where the light comes in at 45 degrees";
     EXPECT_EQ(factor(1.1 * radius * std::sqrt(2.0), 0), 1.0f);
+}
+
+// A pane of glass hovers over the ground, before one half of the shadow of a plate and the lit ground beside it. What
+// the glass shows is glass in the light or in the shadow, whatever lies behind it: as drawn with maps.
+TEST_F(ViewShadowTest, GlassIsAsDarkAsItsOwnPlace) {
+    // Light falls straight down; the plate is to the left, above all. Panes: one in its shadow, one beside it.
+    const auto pictureOf = [&](ShadowMode mode, std::uint32_t samples, TileMode tiles, int grid, bool below) {
+        SetUp();
+        const auto light = scene->create<DirectionalLight>();
+        const glm::vec3 travels(1, 0, -1);
+        const Ref<Node> all = lit(root, light, travels);
+        node(all, geometry(gridMesh(8.0f, 8), material({0.5f, 0.5f, 0.5f, 1}, ReflectionModel::Lambert)));
+        // Casts onto x in [-1.5, -0.5] of the ground, [-2, -1] at 0.5 m, y in [-0.5, 0.5].
+        node(placed(all, {-4, 0, 3}), geometry(gridMesh(0.5f), material({1, 1, 1, 1})));
+        const Ref<Material> glass = material({1.0f, 0.2f, 0.1f, 0.5f}, ReflectionModel::Lambert);
+        scene->edit(glass).set<&Material::alphaMode>(AlphaMode::Blend).set<&Material::doubleSided>(true);
+        if (below) node(placed(all, {0.5, 0, 0.25}), geometry(gridMesh(0.4f), glass));
+        const Ref<Node> pane = node(placed(all, {-1, 0, 0.5}), geometry(gridMesh(0.9f), glass));
+        View view = flatView(4.0, {200, 150});
+        if (mode == ShadowMode::Standard)
+            view.fits = {fitSphere(light.id, travels, {0, 0, 0}, 8, 2048)};
+        else
+            view.fits = {fitOf(light.id, mode, travels)};
+        static_cast<void>(pane);
+        return drawWall(wallViews(view, tiles, samples, kFactors), grid, grid);
+    };
+    const auto expectSame = [](const WallImage& one, const WallImage& other, const char* what) {
+        std::size_t wrong = 0;
+        for (int y = 0; y < 150; ++y)
+            for (int x = 0; x < 200; ++x) {
+                const double px = (x + 0.5) / 50 - 2, py = (y + 0.5) / 50 - 1.5;
+                // Two pixels around edges of shadows, on the glass and behind it, and of the panes are not judged.
+                bool edge = false;
+                for (const double at : {-2.0, -1.5, -1.0, -0.5, -1.9, -0.1, 0.1, 0.9}) edge |= std::abs(px - at) < 0.06;
+                for (const double at : {-0.9, -0.5, -0.4, 0.4, 0.5, 0.9}) edge |= std::abs(py - at) < 0.06;
+                if (edge) continue;
+                for (std::uint32_t c = 0; c < std::min(one.channels, 3u); ++c)
+                    wrong += std::abs(one.at(x, y)[c] - other.at(x, y)[c]) > 1e-4f;
+            }
+        EXPECT_EQ(wrong, 0u) << what;
+    };
+    const auto maps = pictureOf(ShadowMode::Standard, 1, TileMode::Exact, 1, true);
+    ASSERT_EQ(maps.size(), 2u);
+    // Glass in the shadow before lit ground, glass in the light before dark ground.
+    EXPECT_LT(maps[0].at(15, 75)[0], maps[0].at(15, 40)[0]);
+    for (const ShadowMode mode : kVolumes)
+        for (const std::uint32_t samples : {1u, 4u}) {
+            const auto images = pictureOf(mode, samples, TileMode::Exact, 1, true);
+            expectSame(images[0], maps[0], "colour");
+            expectSame(images[1], maps[1], "light factors of what is opaque");
+            EXPECT_EQ(differingPixels(images[0], pictureOf(mode, samples, TileMode::Exact, 4, true)[0]), 0u);
+            const WallImage offset = pictureOf(mode, samples, TileMode::Offset, 1, true)[0];
+            EXPECT_EQ(differingPixels(offset, pictureOf(mode, samples, TileMode::Offset, 3, true)[0]), 0u);
+        }
+    // Flattened casters lie on the ground: glass above it has no shadow, and shows that of the ground through it.
+    for (const ShadowMode mode : {ShadowMode::PlanarStencil, ShadowMode::Planar}) {
+        const auto images = pictureOf(mode, 4, TileMode::Exact, 1, false);
+        EXPECT_NEAR(images[0].at(15, 75)[0], images[0].at(15, 40)[0], 1e-6f) << "before lit ground";
+        EXPECT_LT(images[0].at(50, 75)[0], images[0].at(50, 40)[0] - 0.05f) << "before dark ground";
+        EXPECT_GT(images[0].at(50, 75)[0], 0.1f) << "the glass itself is lit";
+    }
+}
+
+// The darkness that glass is given is taken back before light factors are drawn: filtered as it was.
+TEST_F(ViewShadowTest, GlassLeavesTheFilteredFactorsOfWhatIsOpaque) {
+    for (const std::uint32_t samples : {1u, 4u}) {
+        WallImage factors[2];
+        for (const bool withGlass : {false, true}) {
+            SetUp();
+            scene->edit(viewport).set<&Viewport::gauss>(5.0f);
+            const auto light = scene->create<DirectionalLight>();
+            const Ref<Node> all = lit(root, light, {1, 0, -1});
+            node(all, geometry(gridMesh(8.0f, 8), material({1, 1, 1, 1})));
+            node(placed(all, {-3, 0, 3}), geometry(gridMesh(0.5f), material({1, 1, 1, 1})));
+            const Ref<Material> glass = material({1.0f, 0.2f, 0.1f, 0.5f});
+            scene->edit(glass).set<&Material::alphaMode>(AlphaMode::Blend);
+            if (withGlass) node(placed(all, {0, 0, 0.5}), geometry(gridMesh(0.9f), glass));
+            View view = flatView(4.0, {80, 60});
+            view.fits = {fitOf(light.id, ShadowMode::VolumeZFail, {1, 0, -1})};
+            factors[withGlass] = drawWall(wallViews(view, TileMode::Exact, samples, kFactors), 2, 1).at(1);
+        }
+        std::size_t soft = 0;
+        for (const float factor : factors[0].values) soft += factor > 0.01f && factor < 0.99f;
+        EXPECT_GT(soft, 100u) << "the filter is on";
+        EXPECT_EQ(differingPixels(factors[0], factors[1]), 0u);
+    }
+}
+
+// Light falls through the holes of a texture: exactly where flattened casters and maps say so.
+TEST_F(ViewShadowTest, FlattenedCastersHaveTheirHoles) {
+    std::vector<WallImage> factors;
+    for (const ShadowMode mode : {ShadowMode::Standard, ShadowMode::Planar, ShadowMode::PlanarStencil}) {
+        SetUp();
+        const auto light = scene->create<DirectionalLight>();
+        const glm::vec3 travels(1, 0, -1);
+        const Ref<Node> below = lit(root, light, travels);
+        node(below, geometry(gridMesh(8.0f, 8), material({1, 1, 1, 1})));
+        const Ref<Material> lattice = material({1, 1, 1, 1});
+        const Ref<Texture> holes =
+            checkerTexture(2, {255, 255, 255, 255, 255, 255, 255, 0, 255, 255, 255, 0, 255, 255, 255, 255});
+        scene->edit(holes).set<&Texture::magFilter>(FilterMode::Nearest).set<&Texture::mipMode>(MipMode::None);
+        scene->edit(lattice).set<&Material::alphaMode>(AlphaMode::Mask).set<&Material::baseColourTexture>(holes);
+        node(placed(below, {-3, 0, 2}), geometry(gridMesh(0.8f), lattice));
+        View view = flatView(4.0, {200, 150});
+        if (mode == ShadowMode::Standard)
+            view.fits = {fitSphere(light.id, travels, {0, 0, 0}, 8, 2048)};
+        else
+            view.fits = {fitOf(light.id, mode, travels)};
+        factors.push_back(drawWall(wallViews(view, TileMode::Exact, 1, kFactors)).at(1));
+    }
+    std::size_t dark = 0;
+    for (std::size_t mode = 1; mode < factors.size(); ++mode) {
+        std::size_t wrong = 0;
+        for (int y = 0; y < 150; ++y)
+            for (int x = 0; x < 200; ++x) {
+                const double px = (x + 0.5) / 50 - 2, py = (y + 0.5) / 50 - 1.5;
+                bool edge = false;
+                for (const double at : {-1.8, -1.0, -0.2}) edge |= std::abs(px - at) < 0.06;
+                for (const double at : {-0.8, 0.0, 0.8}) edge |= std::abs(py - at) < 0.06;
+                if (edge) continue;
+                dark += factors[0].at(x, y)[0] < 0.5f;
+                wrong += (factors[0].at(x, y)[0] < 0.5f) != (factors[mode].at(x, y)[0] < 0.5f);
+            }
+        EXPECT_EQ(wrong, 0u);
+    }
+    EXPECT_GT(dark, 4000u);  // half of 80 x 80 pixels, twice, without their edges
+}
+
+TEST_F(ViewShadowTest, AWarningNamesOnceWhatVolumesTakeForWhole) {
+    const auto light = scene->create<DirectionalLight>();
+    const Ref<Node> below = lit(root, light, {1, 0, -1});
+    const Ref<Material> lattice = material({1, 1, 1, 1});
+    scene->edit(lattice)
+        .set<&Material::alphaMode>(AlphaMode::Mask)
+        .set<&Material::baseColourTexture>(checkerTexture(8));
+    scene->edit(node(below, geometry(gridMesh(0.5f), lattice))).set<&Node::name>(std::string("lattice"));
+    View view = flatView(4.0, {40, 30});
+    view.fits = {fitOf(light.id, ShadowMode::VolumeZFail, {1, 0, -1})};
+    testing::internal::CaptureStderr();
+    drawColour(wallViews(view), 2, 2);
+    drawColour(wallViews(view));
+    const std::string said = testing::internal::GetCapturedStderr();
+    const auto at = said.find("'lattice' for whole");
+    ASSERT_NE(at, std::string::npos) << said;
+    EXPECT_EQ(said.find("for whole", at + 20), std::string::npos) << said;
 }
 
 // Nothing is drawn in the view when the mode works with maps, and no map when it works in the view.

@@ -44,6 +44,21 @@ bool seen(const View& view, const PixelRect& pixels, const glm::dvec3& relative)
     return x >= pixels.x && x <= pixels.x + pixels.width && y >= pixels.y && y <= pixels.y + pixels.height;
 }
 
+// All that is seen of a box lies in its pixels; of one that is before the eye they are no more than a box around it.
+RC_GTEST_PROP(Culling, ABoxIsSeenInItsPixelsOnly, ()) {
+    const View view = viewOf({640, 360});
+    const double far = *rc::gen::inRange(0, 10);
+    const glm::dmat4 place = glm::translate(glm::dmat4(1.0), far * glm::dvec3(-1, -0.6, -1.5));
+    const Box box = anyBox(2.0);
+    const PixelRect pixels = pixelsOf(view, box, place, 1.0);
+    for (int i = 0; i < 64; ++i) {
+        const glm::dvec3 t = (anyPoint(1.0) + 1.0) * 0.5;
+        const glm::dvec3 point(place * glm::dvec4(glm::mix(glm::dvec3(box.minimum), glm::dvec3(box.maximum), t), 1.0));
+        if (seen(view, view.region, point)) RC_ASSERT(seen(view, pixels, point));
+    }
+    if (far >= 5.0) RC_ASSERT(pixels.area() < view.region.area());  // 2 m at 9 m and more
+}
+
 RC_GTEST_PROP(Culling, ABoxWithAVisiblePointIsNeverOutside, ()) {
     const View view = viewOf({640, 360});
     const PixelRect tile{*rc::gen::inRange(0, 600), *rc::gen::inRange(0, 300), *rc::gen::inRange(1, 40),
