@@ -1,8 +1,8 @@
 // Tables of visibility maps: makers x mappings x resolutions (Ganster 2002, table 4), error and time over the far
 // limit, first rays (table 3) and closed forms. Times are CPU seconds of one thread (the rasteriser's include the
 // driver's threads) for all rows of the mesh; where fewer were measured, in runs of neighbours spread over the mesh,
-// they are scaled up and the line says so. Arguments: --mesh FILE|cloth3k|cloth35k, --table makers|far|forms (default:
-// all), --most RAYS (a cell, in millions).
+// they are scaled up and the line says so. Arguments: --mesh FILE|cloth3k|cloth35k, --table makers|far|forms|sets
+// (default: all), --most RAYS (a cell, in millions).
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -54,14 +54,15 @@ std::vector<std::uint32_t> runsOf(std::uint32_t rows, std::uint64_t most) {
 // Masks by any of the makers.
 class Maker {
  public:
-    Maker(const BakeMesh& mesh, const Mapping& mapping, trace::Guard guard, double far)
+    Maker(const BakeMesh& mesh, const Mapping& mapping, trace::Guard guard, double far,
+          std::string_view instructionSet = "avx2")
         : _mesh(mesh),
           _mapping(mapping),
           _directions(directionPackets(mapping)),
           _packer(_directions),
           _blocked(_directions.packets()),
           _far(far) {
-        _rays = bench::need(trace::RayScene::create(mesh.view(), guard, 1));
+        _rays = bench::need(trace::RayScene::create(mesh.view(), guard, 1, instructionSet));
         _tracer.emplace(*_rays);
     }
     Maker(const BakeMesh& mesh, const Mapping& mapping, const trace::GridScene& grid, double far)
@@ -133,6 +134,8 @@ class Maker {
     }
 
     const trace::DirectionPackets& directions() const { return _directions; }
+    // Of rays: what traces them, the instruction set last.
+    std::string description() const { return _rays->description(); }
 
  private:
     const BakeMesh& _mesh;
@@ -169,6 +172,32 @@ double distanceSeconds(const Mapping& mapping, const Maker& maker, const Maker::
         maps.compute(std::span(made.masks).subspan(i * maker.bytes(), maker.bytes()), silhouette, distances);
     }
     return (cpuSeconds() - start) * made.scale * static_cast<double>(made.rows.size()) / static_cast<double>(count);
+}
+
+// Every bit of the mesh by each instruction set that Embree has code for, against avx2's.
+void instructionSetTable(const std::string& file, const BakeMesh& mesh) {
+    const Mapping mapping{MappingKind::HemiSphere, 32};
+    const std::pair<trace::Guard, const char*> guards[] = {
+        {trace::Guard::Exact, "exact"}, {trace::Guard::Fast, "fast"}, {trace::Guard::FastFan, "fast-fan"}};
+    for (const auto& [guard, name] : guards) {
+        std::vector<std::uint8_t> widest;
+        for (const std::string_view set : {"avx2", "avx", "sse4.2", "sse2"}) {
+            Maker maker(mesh, mapping, guard, kEndless, set);
+            if (!maker.description().ends_with(std::string(" ") + std::string(set))) {
+                fmt::print("| {} | {} | {} | not on this processor | | |\n", file, name, set);
+                continue;
+            }
+            const Maker::Made made = maker.make(mesh.rows.size());
+            if (widest.empty()) widest = made.masks;
+            std::uint64_t differing = 0;
+            for (std::size_t i = 0; i < widest.size(); ++i)
+                differing += static_cast<std::uint64_t>(std::popcount<std::uint8_t>(widest[i] ^ made.masks[i]));
+            const std::uint64_t bits = std::uint64_t{mesh.rows.size()} * pixelCount(mapping);
+            fmt::print("| {} | {} | {} | {} of {} | {:.1e} | {:.2f} |\n", file, name, set, differing, bits,
+                       static_cast<double>(differing) / static_cast<double>(bits), made.seconds);
+            std::fflush(stdout);
+        }
+    }
 }
 
 struct Cell {
@@ -346,6 +375,17 @@ int main(int argc, char** argv) {
     const std::string table = bench::option(argc, argv, "--table", "");
     const auto wanted = [&](const char* name) { return table.empty() || table == name; };
     if (wanted("forms")) formsTable();
+    if (wanted("sets")) {
+        fmt::print("\ninstruction sets: bits of HemiSphere 64x16 that differ from avx2's, CPU seconds of the rays\n");
+        fmt::print("| mesh | guard | set | bits that differ | share | rays s |\n|---|---|---|---|---|---|\n");
+        for (const std::string name : {"cloth/dress-v5k-f10k.obj", "cloth/dress-v7k-f14k.obj"}) {
+            const auto garment = visibility::test::loadShared(name);
+            if (garment)
+                instructionSetTable(name, bench::need(visibility::prepare(*garment)));
+            else
+                fmt::print("| {} | UMBRIEL_SHARED does not lead to it | | | | |\n", name);
+        }
+    }
     if (!wanted("makers") && !wanted("far")) return 0;
     const std::string file = bench::option(argc, argv, "--mesh", "cloth/dress-v7k-f14k.obj");
     auto loaded = file == "cloth3k"    ? std::optional(visibility::test::cloth(80, 40))
