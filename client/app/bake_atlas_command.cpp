@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "client/app/exit_code.h"
 #include "client/app/mesh_input.h"
 #include "client/bake/atlas.h"
 #include "client/bake/mapped_file.h"
@@ -141,20 +142,14 @@ Result<void> importMaps(const BakeImportArguments& a, std::ostream& out) {
     return {};
 }
 
-int report(const char* command, const Result<void>& done, std::ostream& err) {
-    if (done) return 0;
-    err << command << ": " << done.error().message << '\n';
-    return done.error().kind == Error::Kind::BadInput ? 2 : 1;
-}
-
 }  // namespace
 
 int runBakeExport(const BakeExportArguments& arguments, std::ostream& out, std::ostream& err) {
-    return report("umbriel bake export", exportMaps(arguments, out), err);
+    return endCommand("umbriel bake export", exportMaps(arguments, out), err);
 }
 
 int runBakeImport(const BakeImportArguments& arguments, std::ostream& out, std::ostream& err) {
-    return report("umbriel bake import", importMaps(arguments, out), err);
+    return endCommand("umbriel bake import", importMaps(arguments, out), err);
 }
 
 }  // namespace umbriel

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "client/app/arguments.h"
+#include "client/app/exit_code.h"
 #include "client/app/mesh_input.h"
 #include "client/app/progress.h"
 #include "client/bake/atlas.h"
@@ -295,20 +296,14 @@ Result<void> merge(const BakeMergeArguments& a, std::ostream& out) {
     return {};
 }
 
-int report(const char* command, const Result<void>& done, std::ostream& err) {
-    if (done) return 0;
-    err << command << ": " << done.error().message << '\n';
-    return done.error().kind == Error::Kind::BadInput ? 2 : 1;
-}
-
 }  // namespace
 
 int runBake(const BakeArguments& arguments, std::ostream& out, std::ostream& err) {
-    return report("umbriel bake", bake(arguments, out, err), err);
+    return endCommand("umbriel bake", bake(arguments, out, err), err);
 }
 
 int runBakeMerge(const BakeMergeArguments& arguments, std::ostream& out, std::ostream& err) {
-    return report("umbriel bake merge", merge(arguments, out), err);
+    return endCommand("umbriel bake merge", merge(arguments, out), err);
 }
 
 }  // namespace umbriel

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "client/app/exit_code.h"
 #include "common/visibility/mesh_check.h"
 
 namespace umbriel {
@@ -113,9 +114,7 @@ int runCheck(const CheckArguments& arguments, std::ostream& out, std::ostream& e
         const auto input = loadMeshes(arguments.scene, true);
         done = input ? checkInput(*input, arguments, out) : Result<void>(input.error());
     }
-    if (done) return 0;
-    err << "umbriel check: " << done.error().message << '\n';
-    return done.error().kind == Error::Kind::BadInput ? 2 : 1;
+    return endCommand("umbriel check", done, err);
 }
 
 }  // namespace umbriel

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "client/app/exit_code.h"
 #include "common/image/isolated_reader.h"
 #include "common/image/measures.h"
 #include "common/image/picture_measures.h"
@@ -29,10 +30,6 @@ struct TileComparison {
     PixelRect rect;  // origin at the lower left
     ImageComparison comparison;
 };
-
-int exitCode(const Error& error) {
-    return error.kind == Error::Kind::BadInput ? 2 : 1;
-}
 
 // JSON knows no infinity.
 Json finiteOrNull(double value) {

@@ -15,6 +15,7 @@
 #include <string_view>
 #include <utility>
 
+#include "client/app/exit_code.h"
 #include "common/image/display.h"
 #include "common/image/exr_io.h"
 #include "common/image/hdr_io.h"
@@ -403,12 +404,7 @@ Result<void> makeRadianceMap(const HdrOptions& options, std::ostream& out) {
 }  // namespace
 
 int runHdr(const HdrOptions& options, std::ostream& out, std::ostream& err) {
-    const Result<void> done = makeRadianceMap(options, out);
-    if (!done) {
-        err << "umbriel hdr: " << done.error().message << '\n';
-        return done.error().kind == Error::Kind::BadInput ? 2 : 1;
-    }
-    return 0;
+    return endCommand("umbriel hdr", makeRadianceMap(options, out), err);
 }
 
 }  // namespace umbriel

@@ -8,6 +8,7 @@
 #include <ostream>
 
 #include "client/app/environment_capture.h"
+#include "client/app/exit_code.h"
 #include "client/app/frame_budget.h"
 #include "client/app/held_tiles.h"
 #include "client/app/progress.h"
@@ -170,7 +171,7 @@ nlohmann::json toJson(const protocol::SwapSkew::Summary& skew) {
 
 int exitCodeOf(const Error& error) {
     log::error(error.message);
-    return error.kind == Error::Kind::BadInput ? 2 : 1;
+    return exitCode(error);
 }
 
 Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {

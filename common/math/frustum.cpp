@@ -17,6 +17,12 @@ double doubt(const Plane& plane, const Box3d& box) {
     return 1e-15 * (glm::dot(glm::abs(plane.normal), largest) + std::abs(plane.offset));
 }
 
+// The corner of a box that lies farthest along a direction.
+glm::dvec3 cornerAlong(const Box3d& box, const glm::dvec3& direction) {
+    return {direction.x > 0.0 ? box.upper.x : box.lower.x, direction.y > 0.0 ? box.upper.y : box.lower.y,
+            direction.z > 0.0 ? box.upper.z : box.lower.z};
+}
+
 }  // namespace
 
 Frustum frustumOf(const glm::dmat4& clipFromSource) {
@@ -28,10 +34,7 @@ Frustum frustumOf(const glm::dmat4& clipFromSource) {
 bool mayIntersect(const Frustum& frustum, const Box3d& box) {
     if (box.empty()) return false;
     for (const Plane& plane : frustum.planes) {
-        const glm::dvec3 innermost(plane.normal.x > 0.0 ? box.upper.x : box.lower.x,
-                                   plane.normal.y > 0.0 ? box.upper.y : box.lower.y,
-                                   plane.normal.z > 0.0 ? box.upper.z : box.lower.z);
-        if (plane.signedDistance(innermost) < -doubt(plane, box)) return false;
+        if (plane.signedDistance(cornerAlong(box, plane.normal)) < -doubt(plane, box)) return false;
     }
     return true;
 }
@@ -39,10 +42,7 @@ bool mayIntersect(const Frustum& frustum, const Box3d& box) {
 bool surelyContains(const Frustum& frustum, const Box3d& box) {
     if (box.empty()) return false;
     for (const Plane& plane : frustum.planes) {
-        const glm::dvec3 outermost(plane.normal.x > 0.0 ? box.lower.x : box.upper.x,
-                                   plane.normal.y > 0.0 ? box.lower.y : box.upper.y,
-                                   plane.normal.z > 0.0 ? box.lower.z : box.upper.z);
-        if (!(plane.signedDistance(outermost) >= doubt(plane, box))) return false;
+        if (!(plane.signedDistance(cornerAlong(box, -plane.normal)) >= doubt(plane, box))) return false;
     }
     return true;
 }

@@ -3,40 +3,30 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/visibility/planar_pixels.h"
+#include "common/visibility/cube_face.h"
 
 namespace umbriel::visibility::hemi_cube {
 namespace {
 
-// Where a pixel lies: on the plane [u0,u1] x [v0,v1] of a side.
-struct Place {
-    int side = 4;
-    std::uint32_t column = 0;
-    std::uint32_t row = 0;
-    double u0 = 0, u1 = 0, v0 = 0, v1 = 0;
-    double u() const { return 0.5 * (u0 + u1); }
-    double v() const { return 0.5 * (v0 + v1); }
-};
-
-Place place(std::uint32_t s, std::uint32_t pixel) {
+FacePixel place(std::uint32_t s, std::uint32_t pixel) {
     const double step = 2.0 / s;
-    Place p;
+    FacePixel p;
+    std::uint32_t column = pixel % s;
     if (pixel < s * s) {
-        p.column = pixel % s;
         p.row = pixel / s;
         p.v0 = -1.0 + p.row * step;
         p.v1 = -1.0 + (p.row + 1) * step;
     } else {
         const std::uint32_t rest = pixel - s * s;
         const std::uint32_t perSide = s * (s / 2);
-        p.side = static_cast<int>(rest / perSide);
-        p.column = rest % perSide % s;
+        p.face = static_cast<int>(rest / perSide);
+        column = rest % perSide % s;
         p.row = rest % perSide / s;
         p.v0 = p.row * step;
         p.v1 = (p.row + 1) * step;
     }
-    p.u0 = -1.0 + p.column * step;
-    p.u1 = -1.0 + (p.column + 1) * step;
+    p.u0 = -1.0 + column * step;
+    p.u1 = -1.0 + (column + 1) * step;
     return p;
 }
 
@@ -47,31 +37,12 @@ std::uint32_t cell(double coordinate, double low, std::uint32_t s, std::uint32_t
 
 }  // namespace
 
-Side side(int index) {
-    switch (index) {
-        case 0:
-            return {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-        case 1:
-            return {{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}};
-        case 2:
-            return {{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}};
-        case 3:
-            return {{0, -1, 0}, {1, 0, 0}, {0, 0, 1}};
-        case 4:
-            return {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}};
-        default:
-            return {{0, 0, -1}, {-1, 0, 0}, {0, 1, 0}};
-    }
-}
-
 std::uint32_t pixelCount(std::uint32_t s) {
     return 3 * s * s;
 }
 
 glm::dvec3 direction(std::uint32_t s, std::uint32_t pixel) {
-    const Place p = place(s, pixel);
-    const Side axes = side(p.side);
-    return glm::normalize(axes.out + p.u() * axes.along + p.v() * axes.up);
+    return directionOf(place(s, pixel));
 }
 
 std::optional<std::uint32_t> pixelOf(std::uint32_t s, const glm::dvec3& d) {
@@ -79,7 +50,7 @@ std::optional<std::uint32_t> pixelOf(std::uint32_t s, const glm::dvec3& d) {
     const double ax = std::abs(d.x), ay = std::abs(d.y);
     if (d.z >= ax && d.z >= ay) return cell(d.y / d.z, -1.0, s, s) * s + cell(d.x / d.z, -1.0, s, s);
     const int index = ax >= ay ? (d.x > 0 ? 0 : 2) : (d.y > 0 ? 1 : 3);
-    const Side axes = side(index);
+    const FaceAxes axes = faceAxes(index);
     const double depth = glm::dot(d, axes.out);
     const std::uint32_t column = cell(glm::dot(d, axes.along) / depth, -1.0, s, s);
     const std::uint32_t row = cell(d.z / depth, 0.0, s, s / 2);
@@ -87,51 +58,31 @@ std::optional<std::uint32_t> pixelOf(std::uint32_t s, const glm::dvec3& d) {
 }
 
 double cosineWeight(std::uint32_t s, std::uint32_t pixel) {
-    const Place p = place(s, pixel);
-    return p.side == 4 ? parallelCosine(p.u0, p.u1, p.v0, p.v1) : perpendicularCosine(p.u0, p.u1, p.v0, p.v1);
+    return cosineWeightOf(place(s, pixel));
 }
 
 double solidAngle(std::uint32_t s, std::uint32_t pixel) {
-    const Place p = place(s, pixel);
-    return planeSolidAngle(p.u0, p.u1, p.v0, p.v1);
+    return solidAngleOf(place(s, pixel));
 }
 
 double midpointCosineWeight(std::uint32_t s, std::uint32_t pixel) {
-    const Place p = place(s, pixel);
-    const double r2 = 1.0 + p.u() * p.u() + p.v() * p.v();
-    return 4.0 / (static_cast<double>(s) * s) * (p.side == 4 ? 1.0 : p.v()) / (r2 * r2);
+    return midpointCosineWeightOf(place(s, pixel), s);
 }
 
 double midpointSolidAngle(std::uint32_t s, std::uint32_t pixel) {
-    const Place p = place(s, pixel);
-    const double r2 = 1.0 + p.u() * p.u() + p.v() * p.v();
-    return 4.0 / (static_cast<double>(s) * s) / (r2 * std::sqrt(r2));
+    return midpointSolidAngleOf(place(s, pixel), s);
 }
 
 std::vector<glm::dvec3> corners(std::uint32_t s, std::uint32_t pixel) {
-    const Place p = place(s, pixel);
-    const Side axes = side(p.side);
-    const auto at = [&](double u, double v) { return axes.out + u * axes.along + v * axes.up; };
-    return {at(p.u0, p.v0), at(p.u1, p.v0), at(p.u1, p.v1), at(p.u0, p.v1)};
+    return cornersOf(place(s, pixel));
 }
 
 std::vector<Neighbours> neighbours(std::uint32_t s) {
     std::vector<Neighbours> result;
+    const auto beyond = [s](const glm::dvec3& direction) { return pixelOf(s, direction); };
     for (std::uint32_t pixel = 0; pixel < pixelCount(s); ++pixel) {
-        const Place p = place(s, pixel);
-        const Side axes = side(p.side);
-        const double step = 1e-3 / s;  // over the edge, and no further
-        const auto add = [&](double u, double v, double edgeU, double edgeV) {
-            // A step off this side lands on the side next to it.
-            const auto other = pixelOf(s, axes.out + u * axes.along + v * axes.up);
-            if (other && *other > pixel) {
-                result.push_back({pixel, *other, glm::normalize(axes.out + edgeU * axes.along + edgeV * axes.up)});
-            }
-        };
-        add(p.u1 + step, p.v(), p.u1, p.v());
-        add(p.u0 - step, p.v(), p.u0, p.v());
-        add(p.u(), p.v1 + step, p.u(), p.v1);
-        add(p.u(), p.v0 - step, p.u(), p.v0);
+        const FacePixel p = place(s, pixel);
+        addNeighbours(p, pixel, s, true, true, beyond, result);
     }
     return result;
 }

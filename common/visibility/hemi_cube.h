@@ -18,13 +18,4 @@ double midpointSolidAngle(std::uint32_t s, std::uint32_t pixel);
 std::vector<glm::dvec3> corners(std::uint32_t s, std::uint32_t pixel);
 std::vector<Neighbours> neighbours(std::uint32_t s);
 
-// Axes of a cube's side: the direction is out + u * along + v * up.
-struct Side {
-    glm::dvec3 out;
-    glm::dvec3 along;
-    glm::dvec3 up;
-};
-// 0 to 3: +x, +y, -x, -y, up is z; 4: top, 5: bottom, whose rows run along y.
-Side side(int index);
-
 }  // namespace umbriel::visibility::hemi_cube

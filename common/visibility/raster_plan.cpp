@@ -5,14 +5,14 @@
 
 #include "common/base/assert.h"
 #include "common/visibility/cube.h"
-#include "common/visibility/hemi_cube.h"
+#include "common/visibility/cube_face.h"
 
 namespace umbriel::visibility {
 namespace {
 
-constexpr int kTop = 4, kBottom = 5;  // of hemi_cube::side()
+constexpr int kTop = 4, kBottom = 5;  // of faceAxes()
 
-void add(RasterPlan& plan, const hemi_cube::Side& side, double y0, double y1, std::uint32_t s, bool lower) {
+void add(RasterPlan& plan, const FaceAxes& side, double y0, double y1, std::uint32_t s, bool lower) {
     RasterView view{side.out, side.along, side.up};
     view.y0 = y0;
     view.y1 = y1;
@@ -28,8 +28,8 @@ void add(RasterPlan& plan, const hemi_cube::Side& side, double y0, double y1, st
 // In the order of the mapping's pixels, so that texel i of the tile is pixel i.
 RasterPlan hemiCubeViews(std::uint32_t s) {
     RasterPlan plan;
-    add(plan, hemi_cube::side(kTop), -1, 1, s, false);
-    for (int side = 0; side < 4; ++side) add(plan, hemi_cube::side(side), 0, 1, s, false);
+    add(plan, faceAxes(kTop), -1, 1, s, false);
+    for (int side = 0; side < 4; ++side) add(plan, faceAxes(side), 0, 1, s, false);
     return plan;
 }
 
@@ -37,17 +37,17 @@ RasterPlan hemiCubeViews(std::uint32_t s) {
 RasterPlan twoHemiCubes(std::uint32_t s) {
     RasterPlan plan;
     for (int side = 0; side < 4; ++side) {
-        add(plan, hemi_cube::side(side), -1, 0, s, true);
-        add(plan, hemi_cube::side(side), 0, 1, s, false);
+        add(plan, faceAxes(side), -1, 0, s, true);
+        add(plan, faceAxes(side), 0, 1, s, false);
     }
-    add(plan, hemi_cube::side(kTop), -1, 1, s, false);
-    add(plan, hemi_cube::side(kBottom), -1, 1, s, true);
+    add(plan, faceAxes(kTop), -1, 1, s, false);
+    add(plan, faceAxes(kBottom), -1, 1, s, true);
     return plan;
 }
 
 RasterPlan wholeCube(std::uint32_t s) {
     RasterPlan plan;
-    for (int side = 0; side < 6; ++side) add(plan, hemi_cube::side(side), -1, 1, s, false);
+    for (int side = 0; side < 6; ++side) add(plan, faceAxes(side), -1, 1, s, false);
     plan.allAround = true;
     return plan;
 }
@@ -77,7 +77,7 @@ RasterPlan rasterPlan(const Mapping& m) {
         }
         case MappingKind::SinglePlane: {
             RasterPlan plan;
-            add(plan, hemi_cube::side(kTop), -1, 1, m.size, false);
+            add(plan, faceAxes(kTop), -1, 1, m.size, false);
             RasterView& view = plan.views.front();
             view.x1 = view.y1 = std::tan(0.5 * m.fovy);
             view.x0 = view.y0 = -view.x1;

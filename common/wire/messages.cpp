@@ -57,6 +57,18 @@ Enum readEnum(Reader& reader, std::uint32_t count, const char* reason) {
     return static_cast<Enum>(reader.bounded(count - 1, reason));
 }
 
+// Of the messages about a job: which, and which attempt at it.
+template <class Message>
+void writeAttempt(Writer& writer, const Message& message) {
+    writer.varint(message.job);
+    writer.varint(message.attempt);
+}
+template <class Message>
+void readAttempt(Reader& reader, Message& message) {
+    message.job = reader.varint();
+    message.attempt = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "the attempt is too large"));
+}
+
 // The largest depth that travels: as a float, with the lower half of its bits empty.
 constexpr float kMaxDepth = std::bit_cast<float>(std::uint32_t{0x7f7f0000});
 
@@ -437,8 +449,7 @@ DigestReply DigestReply::read(Reader& reader) {
 }
 
 void JobOffer::write(Writer& writer) const {
-    writer.varint(job);
-    writer.varint(attempt);
+    writeAttempt(writer, *this);
     writer.varint(leaseMilliseconds);
     writer.text(kind);
     writer.varint(blobs.size());
@@ -452,8 +463,7 @@ void JobOffer::write(Writer& writer) const {
 
 JobOffer JobOffer::read(Reader& reader) {
     JobOffer offer;
-    offer.job = reader.varint();
-    offer.attempt = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "the attempt is too large"));
+    readAttempt(reader, offer);
     offer.leaseMilliseconds = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "the lease is too long"));
     offer.kind = reader.text(kMaxKind);
     const std::size_t blobs = reader.count(18, kMaxBlobs);
@@ -473,34 +483,29 @@ JobOffer JobOffer::read(Reader& reader) {
 }
 
 void JobLease::write(Writer& writer) const {
-    writer.varint(job);
-    writer.varint(attempt);
+    writeAttempt(writer, *this);
     writer.f32(progress);
 }
 
 JobLease JobLease::read(Reader& reader) {
     JobLease lease;
-    lease.job = reader.varint();
-    lease.attempt = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "the attempt is too large"));
+    readAttempt(reader, lease);
     lease.progress = reader.finiteF32();
     return lease;
 }
 
 void JobCancel::write(Writer& writer) const {
-    writer.varint(job);
-    writer.varint(attempt);
+    writeAttempt(writer, *this);
 }
 
 JobCancel JobCancel::read(Reader& reader) {
     JobCancel cancel;
-    cancel.job = reader.varint();
-    cancel.attempt = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "the attempt is too large"));
+    readAttempt(reader, cancel);
     return cancel;
 }
 
 void JobDone::write(Writer& writer) const {
-    writer.varint(job);
-    writer.varint(attempt);
+    writeAttempt(writer, *this);
     writer.u8(static_cast<std::uint8_t>(status));
     writer.text(std::string_view(text).substr(0, kMaxText));
     writeHash(writer, result);
@@ -510,8 +515,7 @@ void JobDone::write(Writer& writer) const {
 
 JobDone JobDone::read(Reader& reader) {
     JobDone done;
-    done.job = reader.varint();
-    done.attempt = static_cast<std::uint32_t>(reader.bounded(~std::uint32_t{0}, "the attempt is too large"));
+    readAttempt(reader, done);
     done.status = readEnum<JobStatus>(reader, 4, "the job's end is unknown");
     done.text = reader.text(kMaxText);
     done.result = readHash(reader);

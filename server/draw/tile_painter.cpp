@@ -21,15 +21,14 @@ struct FrameBlock {
     glm::vec4 fogColour;
 };
 
+bool isOfDarkness(PassKind kind) {
+    return kind == PassKind::Darkness || kind == PassKind::Factors || kind == PassKind::Edges ||
+           kind == PassKind::Gauss;
+}
+
 // Relative to the viewport up to 1, pixels above.
 float placed(float value, std::int32_t origin, std::int32_t size) {
     return static_cast<float>(origin) + (value <= 1.0f ? value * static_cast<float>(size) : value);
-}
-
-// Whether a pass makes shadows in the view.
-bool isInView(PassKind kind) {
-    return kind == PassKind::Darkness || kind == PassKind::Factors || kind == PassKind::Edges ||
-           kind == PassKind::Gauss;
 }
 
 }  // namespace
@@ -224,16 +223,16 @@ Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& paint
     return {};
 }
 
-Result<void> TilePainter::drawBlended(const Aspect& scene, ViewPainting& painting, const FramePlan& plan,
-                                      std::uint32_t view) {
+Result<void> TilePainter::drawSurfaces(const Aspect& scene, ViewPainting& painting, bool blended) {
     const DrawList& list = painting.visible;
+    if (!blended) return drawSurfaceEntries(scene, painting, 0, list.opaqueEntries, false);
     // What lies before others has a darkness of its own, which no image of the nearest surfaces holds: each such item
     // is given one, right before it is drawn.
     bool replaced = false;
-    const auto isDark = [&](std::size_t entry) {
-        return has(painting.scene.items[list.entries[entry].item].features, Feature::ShadowView);
-    };
     for (std::size_t i = list.opaqueEntries; i < list.entries.size();) {
+        const auto isDark = [&](std::size_t entry) {
+            return has(painting.scene.items[list.entries[entry].item].features, Feature::ShadowView);
+        };
         std::size_t end = i + 1;
         if (isDark(i)) {
             if (auto drawn = drawDarknessOf(scene, painting, list.entries[i]); !drawn) return drawn;
@@ -244,12 +243,7 @@ Result<void> TilePainter::drawBlended(const Aspect& scene, ViewPainting& paintin
         if (auto drawn = drawSurfaceEntries(scene, painting, i, end, true); !drawn) return drawn;
         i = end;
     }
-    // Light factors, drawn later, are those of opaque surfaces.
-    if (!replaced) return {};
-    for (const PlannedPass& pass : plan.passes) {
-        if (pass.view != view || !isInView(pass.kind)) continue;
-        if (auto drawn = drawDarkness(scene, painting, pass, list, painting.area); !drawn) return drawn;
-    }
+    painting.isDarknessReplaced |= replaced;
     return {};
 }
 
@@ -358,34 +352,42 @@ Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall,
     return factors ? _targets.keepFactors(firstLight, painting.area) : drawn;
 }
 
-Result<void> TilePainter::drawDarkness(const Aspect& scene, ViewPainting& painting, const PlannedPass& pass,
-                                       const DrawList& visible, const PixelRect& area) {
-    bindView(painting);
-    const glm::ivec2 origin = _targets.wallOrigin();
-    glScissor(area.x - origin.x, area.y - origin.y, area.width, area.height);
-    const View& view = *painting.scene.view;
-    const Frustum part = tileFrustum(view, area, kMarginPixels);
-    const Frustum whole = tileFrustum(view, view.region, kMarginPixels);
-    const auto entries = [&](const DrawList& list, std::size_t first, std::size_t end,
+DarknessPainter::DrawEntries TilePainter::darknessEntries(const ViewPainting& painting) {
+    return [this, &painting](const DrawList& list, std::size_t first, std::size_t end,
                              const std::function<Result<void>(const SurfaceItem&)>& prepare) {
         return drawEntries(painting, list, first, end, [&](const SurfaceItem& item) -> Result<GLenum> {
             if (auto prepared = prepare(item); !prepared) return prepared.error();
             return GLenum{GL_TRIANGLES};
         });
     };
+}
+
+Result<void> TilePainter::drawDarkness(const Aspect& scene, ViewPainting& painting, const PlannedPass& pass) {
+    if (pass.kind == PassKind::Darkness) return drawViewDarkness(scene, painting, painting.visible, painting.area);
+    bindView(painting);
     if (pass.kind == PassKind::Gauss) return _darkness.filter(painting.scene);
+    const auto entries = darknessEntries(painting);
     const std::uint64_t before = _counts.triangles;
-    if (pass.kind != PassKind::Darkness) {
-        auto painted = pass.kind == PassKind::Factors
-                           ? _darkness.paintFactors(
-                                 scene, painting.scene, visible,
-                                 [&](const gl::Program& program, const LightList::Run& run) { bindLights(program, run); },
-                                 entries)
-                           : _darkness.paintEdges(scene, painting.scene, visible, pass.first != 0, entries);
-        _counts.shadowTriangles += _counts.triangles - before;
-        return painted;
-    }
-    const auto volumes = _darkness.paint(scene, painting.scene, visible, part, whole, entries);
+    auto painted =
+        pass.kind == PassKind::Factors
+            ? _darkness.paintFactors(
+                  scene, painting.scene, painting.visible,
+                  [&](const gl::Program& program, const LightList::Run& run) { bindLights(program, run); }, entries)
+            : _darkness.paintEdges(scene, painting.scene, painting.visible, pass.first != 0, entries);
+    _counts.shadowTriangles += _counts.triangles - before;
+    return painted;
+}
+
+Result<void> TilePainter::drawViewDarkness(const Aspect& scene, const ViewPainting& painting, const DrawList& visible,
+                                           const PixelRect& area) {
+    bindView(painting);
+    const glm::ivec2 origin = _targets.wallOrigin();
+    glScissor(area.x - origin.x, area.y - origin.y, area.width, area.height);
+    const View& view = *painting.scene.view;
+    const Frustum part = tileFrustum(view, area, kMarginPixels);
+    const Frustum whole = tileFrustum(view, view.region, kMarginPixels);
+    const std::uint64_t before = _counts.triangles;
+    const auto volumes = _darkness.paint(scene, painting.scene, visible, part, whole, darknessEntries(painting));
     if (!volumes) return volumes.error();
     _counts.triangles += *volumes;
     _counts.shadowTriangles += _counts.triangles - before;
@@ -402,8 +404,7 @@ Result<void> TilePainter::drawDarknessOf(const Aspect& scene, ViewPainting& pain
     alone.opaqueEntries = 1;
     const PixelRect area = intersect(
         pixelsOf(*painting.scene.view, item.geometry->box(), item.relativeFromObject, kMarginPixels), painting.area);
-    Result<void> drawn;
-    if (!area.empty()) drawn = drawDarkness(scene, painting, {.kind = PassKind::Darkness}, alone, area);
+    Result<void> drawn = area.empty() ? Result<void>() : drawViewDarkness(scene, painting, alone, area);
     _targets.bindColour();
     bindView(painting);
     _darkness.bind();
@@ -569,6 +570,7 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
     for (std::uint32_t i = 0; i < views.size(); ++i) {
         ViewPainting& painting = views[i];
         painting.area = {};
+        painting.isDarknessReplaced = false;
         if (!painting.scene.viewport || painting.scene.view->eye != eye) continue;
         const View& view = *painting.scene.view;
         const std::int32_t reach = plan.reachOf(i);
@@ -608,22 +610,31 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
             case PassKind::Factors:
             case PassKind::Edges:
             case PassKind::Gauss:
-                done = drawDarkness(scene, painting, pass, painting.visible, painting.area);
+                done = drawDarkness(scene, painting, pass);
                 _darkness.bind();
                 break;
             case PassKind::Background:
                 done = drawBackground(scene, painting);
                 break;
             case PassKind::Surfaces:
-                done = drawSurfaceEntries(scene, painting, 0, painting.visible.opaqueEntries, false);
+                done = drawSurfaces(scene, painting, false);
                 break;
             case PassKind::Blend:
-                done = drawBlended(scene, painting, plan, pass.view);
+                done = drawSurfaces(scene, painting, true);
                 break;
             case PassKind::Foreground:
                 done = drawForegrounds(scene, painting);
                 break;
             case PassKind::Layers:
+                // Light factors are those of opaque surfaces.
+                if (painting.isDarknessReplaced && pass.first != kNoFactors) {
+                    for (const PlannedPass& before : plan.passes)
+                        if (done && before.view == pass.view && isOfDarkness(before.kind))
+                            done = drawDarkness(scene, painting, before);
+                    if (!done) return done;
+                    _darkness.bind();
+                    painting.isDarknessReplaced = false;
+                }
                 done = drawLayers(scene, wall, painting, pass.first);
                 break;
             case PassKind::Deform:

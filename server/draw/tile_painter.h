@@ -51,6 +51,7 @@ struct ViewPainting {
     DrawList visible;
     PixelRect area;   // of the part, grown by the reach, within the view's region
     PixelRect block;  // what the work images stand for, within the view's region
+    bool isDarknessReplaced = false;  // by that of blended surfaces
 };
 
 // Runs the passes of a frame plan for one tile after the other.
@@ -82,17 +83,18 @@ class TilePainter {
     bool isKept(const ViewPainting& view, std::uint32_t shadow) const;
     Result<void> drawCasters(const Aspect& scene, const ViewPainting& view, const DrawList& casters,
                              const CasterStage& stage);
-    // The passes before the surfaces that make shadows in the view: for surfaces of `visible`, within `area`; leaves the
-    // darkness images bound as targets.
-    Result<void> drawDarkness(const Aspect& scene, ViewPainting& painting, const PlannedPass& pass,
-                              const DrawList& visible, const PixelRect& area);
+    DarknessPainter::DrawEntries darknessEntries(const ViewPainting& painting);
+    // The passes before the surfaces that make shadows in the view.
+    Result<void> drawDarkness(const Aspect& scene, ViewPainting& painting, const PlannedPass& pass);
+    // Of these, what modules in the view do, for surfaces of `visible` within `area`.
+    Result<void> drawViewDarkness(const Aspect& scene, const ViewPainting& painting, const DrawList& visible,
+                                  const PixelRect& area);
     // The same for one blended entry alone, and back to where surfaces are drawn.
     Result<void> drawDarknessOf(const Aspect& scene, ViewPainting& painting, const DrawList::Entry& entry);
     Result<void> drawBackground(const Aspect& scene, ViewPainting& view);
     Result<void> drawForegrounds(const Aspect& scene, ViewPainting& view);
-    // The blended entries, in their order; view: the planned passes' number of it.
-    Result<void> drawBlended(const Aspect& scene, ViewPainting& painting, const FramePlan& plan, std::uint32_t view);
-    // Entries [first, end) of what is visible, into the colour image.
+    // Opaque or blended items into the colour image.
+    Result<void> drawSurfaces(const Aspect& scene, ViewPainting& view, bool blended);
     Result<void> drawSurfaceEntries(const Aspect& scene, ViewPainting& view, std::size_t first, std::size_t end,
                                     bool blended);
     // Shades the vertices of an item with Feature::VertexTable for `surface`, its program, which will draw it; material

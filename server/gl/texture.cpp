@@ -64,12 +64,9 @@ int fullMipLevels(glm::ivec2 size) {
 }
 
 Result<Texture2D> Texture2D::create(GLenum format, glm::ivec2 size, int levels) {
-    Texture2D texture;
     GLuint id = 0;
     glCreateTextures(GL_TEXTURE_2D, 1, &id);
-    texture._name = Name<deleteTexture>(id);
-    texture._format = format;
-    texture._size = size;
+    Texture2D texture(id, format, size);
     texture._levels = levels;
     glTextureStorage2D(id, levels, format, size.x, size.y);
     if (auto checked = checkError(describe("texture", format, size, 1)); !checked) return checked.error();
@@ -78,7 +75,8 @@ Result<Texture2D> Texture2D::create(GLenum format, glm::ivec2 size, int levels) 
 
 void Texture2D::upload(int level, GLenum pixelFormat, GLenum pixelType, std::span<const std::byte> content) {
     UMBRIEL_ASSERT(level >= 0 && level < _levels, "upload to a mip level that does not exist");
-    const glm::ivec2 size = glm::max(glm::ivec2(_size.x >> level, _size.y >> level), glm::ivec2(1));
+    const glm::ivec2 whole = this->size();
+    const glm::ivec2 size = glm::max(glm::ivec2(whole.x >> level, whole.y >> level), glm::ivec2(1));
     const size_t pixel = bytesPerPixel(pixelFormat, pixelType);
     UMBRIEL_ASSERT(pixel == 0 || content.size() == pixel * static_cast<size_t>(size.x) * static_cast<size_t>(size.y),
                    "the pixels given do not fill the mip level");
@@ -96,12 +94,9 @@ void Texture2D::bind(GLuint unit) const {
 }
 
 Result<TextureMultisample> TextureMultisample::create(GLenum format, glm::ivec2 size, int samples) {
-    TextureMultisample texture;
     GLuint id = 0;
     glCreateTextures(GL_TEXTURE_2D_MULTISAMPLE, 1, &id);
-    texture._name = Name<deleteTexture>(id);
-    texture._format = format;
-    texture._size = size;
+    TextureMultisample texture(id, format, size);
     texture._samples = samples;
     glTextureStorage2DMultisample(id, samples, format, size.x, size.y, GL_TRUE);
     if (auto checked = checkError(describe("texture", format, size, samples)); !checked) return checked.error();
@@ -113,12 +108,9 @@ void TextureMultisample::bind(GLuint unit) const {
 }
 
 Result<Renderbuffer> Renderbuffer::create(GLenum format, glm::ivec2 size, int samples) {
-    Renderbuffer buffer;
     GLuint id = 0;
     glCreateRenderbuffers(1, &id);
-    buffer._name = Name<deleteRenderbuffer>(id);
-    buffer._format = format;
-    buffer._size = size;
+    Renderbuffer buffer(id, format, size);
     buffer._samples = samples;
     glNamedRenderbufferStorageMultisample(id, samples, format, size.x, size.y);
     if (auto checked = checkError(describe("renderbuffer", format, size, samples)); !checked) return checked.error();

@@ -12,9 +12,28 @@ namespace umbriel::gl {
 // Levels of a full mip chain down to 1x1.
 int fullMipLevels(glm::ivec2 size);
 
+// What has a format and a size in the driver's memory. Base of the classes below; Delete: of the name.
+template <void (*Delete)(GLuint)>
+class ImageStorage {
+ public:
+    GLenum format() const { return _format; }
+    glm::ivec2 size() const { return _size; }
+    GLuint id() const { return _name.id(); }
+    explicit operator bool() const { return static_cast<bool>(_name); }
+
+ protected:
+    ImageStorage() = default;
+    ImageStorage(GLuint id, GLenum format, glm::ivec2 size) : _name(id), _format(format), _size(size) {}
+
+ private:
+    Name<Delete> _name;
+    GLenum _format = 0;
+    glm::ivec2 _size{0};
+};
+
 // A two-dimensional texture with immutable storage. `format` is a sized internal format (GL_RGBA32F,
 // GL_SRGB8_ALPHA8, ...); sRGB formats decode to linear when sampled and filter in linear.
-class Texture2D {
+class Texture2D : public ImageStorage<deleteTexture> {
  public:
     Texture2D() = default;
     // Errors: out of memory, a size the driver does not offer.
@@ -27,21 +46,16 @@ class Texture2D {
     void generateMipmaps();
     void bind(GLuint unit) const;
 
-    GLenum format() const { return _format; }
-    glm::ivec2 size() const { return _size; }
     int levels() const { return _levels; }
-    GLuint id() const { return _name.id(); }
-    explicit operator bool() const { return static_cast<bool>(_name); }
 
  private:
-    Name<deleteTexture> _name;
-    GLenum _format = 0;
-    glm::ivec2 _size{0};
+    using ImageStorage::ImageStorage;
+
     int _levels = 0;
 };
 
 // A two-dimensional texture with several samples a pixel, at fixed sample locations.
-class TextureMultisample {
+class TextureMultisample : public ImageStorage<deleteTexture> {
  public:
     TextureMultisample() = default;
     // Errors: out of memory, more samples than the driver offers.
@@ -49,36 +63,26 @@ class TextureMultisample {
 
     void bind(GLuint unit) const;
 
-    GLenum format() const { return _format; }
-    glm::ivec2 size() const { return _size; }
     int samples() const { return _samples; }
-    GLuint id() const { return _name.id(); }
-    explicit operator bool() const { return static_cast<bool>(_name); }
 
  private:
-    Name<deleteTexture> _name;
-    GLenum _format = 0;
-    glm::ivec2 _size{0};
+    using ImageStorage::ImageStorage;
+
     int _samples = 0;
 };
 
 // Storage that is drawn to and never sampled. `samples` 0 means no multisampling.
-class Renderbuffer {
+class Renderbuffer : public ImageStorage<deleteRenderbuffer> {
  public:
     Renderbuffer() = default;
     // Errors: out of memory, more samples than the driver offers.
     static Result<Renderbuffer> create(GLenum format, glm::ivec2 size, int samples = 0);
 
-    GLenum format() const { return _format; }
-    glm::ivec2 size() const { return _size; }
     int samples() const { return _samples; }
-    GLuint id() const { return _name.id(); }
-    explicit operator bool() const { return static_cast<bool>(_name); }
 
  private:
-    Name<deleteRenderbuffer> _name;
-    GLenum _format = 0;
-    glm::ivec2 _size{0};
+    using ImageStorage::ImageStorage;
+
     int _samples = 0;
 };
 

@@ -5,6 +5,7 @@
 #include "common/light/environment_map.h"
 #include "shaders/formula_cpp.h"
 #include "tests/golden/draw_fixture.h"
+#include "tests/support/panoramas.h"
 
 namespace umbriel {
 namespace {
@@ -14,18 +15,9 @@ constexpr PixelSize kWall{64, 48};
 
 class EnvironmentTest : public DrawTest {
  protected:
-    template <class Radiance>
-    static Panorama panorama(int rows, Radiance&& radiance) {
-        Panorama made{2 * rows, rows, {}};
-        for (int row = 0; row < rows; ++row)
-            for (int column = 0; column < 2 * rows; ++column)
-                made.radiance.push_back(
-                    glm::vec3(radiance(f::directionFromLatLong({(column + 0.5) / (2 * rows), (row + 0.5) / rows}))));
-        return made;
-    }
     // Coloured by direction: 1 + d / 2 in each channel, so what is mirrored can be read off.
     static Panorama marked() {
-        return panorama(64, [](const glm::dvec3& d) { return 1.0 + 0.5 * d; });
+        return panoramaOf(64, [](const glm::dvec3& d) { return 1.0 + 0.5 * d; });
     }
     Ref<Node> addLight(Ref<Node> parent, const Panorama& from) {
         light = scene->create<EnvironmentLight>("sky");
@@ -50,7 +42,7 @@ class EnvironmentTest : public DrawTest {
 
 // Of an even environment each model reflects its albedo.
 TEST_F(EnvironmentTest, AnEvenEnvironmentIsAFurnace) {
-    lit = addLight(root, panorama(16, [](const glm::dvec3&) { return glm::dvec3(2.0); }));
+    lit = addLight(root, panoramaOf(16, [](const glm::dvec3&) { return glm::dvec3(2.0); }));
     for (const ReflectionModel model :
          {ReflectionModel::BlinnPhong, ReflectionModel::Phong, ReflectionModel::PhongGated, ReflectionModel::Schlick,
           ReflectionModel::NormalisedPhong, ReflectionModel::GeneralSum, ReflectionModel::OpenGlSum}) {
@@ -124,9 +116,9 @@ TEST_F(EnvironmentTest, TheBackgroundShowsWhereOneLooks) {
 // Of two above each other the inner one counts; what is beside it keeps the outer; without either there is neither code
 // nor background.
 TEST_F(EnvironmentTest, TheInnermostLightCountsAndNoneCostsNothing) {
-    const Ref<Node> outer = addLight(root, panorama(8, [](const glm::dvec3&) { return glm::dvec3(1.0); }));
+    const Ref<Node> outer = addLight(root, panoramaOf(8, [](const glm::dvec3&) { return glm::dvec3(1.0); }));
     const Ref<EnvironmentLight> outerLight = light;
-    const Ref<Node> inner = addLight(outer, panorama(8, [](const glm::dvec3&) { return glm::dvec3(4.0); }));
+    const Ref<Node> inner = addLight(outer, panoramaOf(8, [](const glm::dvec3&) { return glm::dvec3(4.0); }));
     const auto look = material({0.5f, 0.5f, 0.5f, 1}, ReflectionModel::Lambert);
     lit = inner;
     expectNear(middleOfSquare(look), glm::dvec3(2.0), 1e-5);
@@ -161,7 +153,7 @@ TEST_F(EnvironmentTest, TilesAgreeToTheBit) {
 
 // Per vertex, as per pixel: on a square, where both are the same.
 TEST_F(EnvironmentTest, GouraudLooksUpAtTheVertices) {
-    lit = addLight(root, panorama(8, [](const glm::dvec3&) { return glm::dvec3(3.0); }));
+    lit = addLight(root, panoramaOf(8, [](const glm::dvec3&) { return glm::dvec3(3.0); }));
     const auto look = material({0.5f, 0.5f, 0.5f, 1}, ReflectionModel::Lambert);
     const auto square = geometry(gridMesh(4.0f, 4), look);
     scene->edit(square).set<&Geometry::shading>(ShadingFrequency::Gouraud);
@@ -171,7 +163,7 @@ TEST_F(EnvironmentTest, GouraudLooksUpAtTheVertices) {
 }
 
 TEST_F(EnvironmentTest, MapsThatDoNotFitCountAsAbsentAndBadTexelsAsBlack) {
-    lit = addLight(root, panorama(8, [](const glm::dvec3&) { return glm::dvec3(1.0); }));
+    lit = addLight(root, panoramaOf(8, [](const glm::dvec3&) { return glm::dvec3(1.0); }));
     const auto look = material({0.5f, 0.5f, 0.5f, 1}, ReflectionModel::Lambert);
     const Ref<EnvironmentMap> map = scene->get(light).map;
     const std::vector<glm::vec3> good = scene->get(map).convolved.toVector();

@@ -247,6 +247,31 @@ TEST_F(ViewShadowTest, GlassIsAsDarkAsItsOwnPlace) {
     }
 }
 
+// The darkness that glass is given is taken back before light factors are drawn: filtered as it was.
+TEST_F(ViewShadowTest, GlassLeavesTheFilteredFactorsOfWhatIsOpaque) {
+    for (const std::uint32_t samples : {1u, 4u}) {
+        WallImage factors[2];
+        for (const bool withGlass : {false, true}) {
+            SetUp();
+            scene->edit(viewport).set<&Viewport::gauss>(5.0f);
+            const auto light = scene->create<DirectionalLight>();
+            const Ref<Node> all = lit(root, light, {1, 0, -1});
+            node(all, geometry(gridMesh(8.0f, 8), material({1, 1, 1, 1})));
+            node(placed(all, {-3, 0, 3}), geometry(gridMesh(0.5f), material({1, 1, 1, 1})));
+            const Ref<Material> glass = material({1.0f, 0.2f, 0.1f, 0.5f});
+            scene->edit(glass).set<&Material::alphaMode>(AlphaMode::Blend);
+            if (withGlass) node(placed(all, {0, 0, 0.5}), geometry(gridMesh(0.9f), glass));
+            View view = flatView(4.0, {80, 60});
+            view.fits = {fitOf(light.id, ShadowMode::VolumeZFail, {1, 0, -1})};
+            factors[withGlass] = drawWall(wallViews(view, TileMode::Exact, samples, kFactors), 2, 1).at(1);
+        }
+        std::size_t soft = 0;
+        for (const float factor : factors[0].values) soft += factor > 0.01f && factor < 0.99f;
+        EXPECT_GT(soft, 100u) << "the filter is on";
+        EXPECT_EQ(differingPixels(factors[0], factors[1]), 0u);
+    }
+}
+
 // Light falls through the holes of a texture: exactly where flattened casters and maps say so.
 TEST_F(ViewShadowTest, FlattenedCastersHaveTheirHoles) {
     std::vector<WallImage> factors;

@@ -209,6 +209,18 @@ TEST_F(ClusterOnLoopback, AFrameThatCannotBeDrawnNamesTheServerAndTheReason) {
     EXPECT_FALSE((*cluster)->frame(scene, viewsOf(20, 10), 0.0, false)) << "the cluster has ended";
 }
 
+// A write that no edit records, so that the client's state has it and the change list has not; and one that an edit
+// does.
+void corrupt(Aspect& scene, Ref<Geometry> geometry) {
+    auto& container = const_cast<Geometry&>(scene.get(geometry));
+    for (const FieldDescriptor& field : container.type().fields) {
+        if (field.name != "positions") continue;
+        const glm::vec3 wrong(2.0f);
+        static_cast<MultiStorage*>(field.address(container))->write(7, std::as_bytes(std::span(&wrong, 1)));
+    }
+    scene.edit(geometry).setElement<&Geometry::positions>(8, glm::vec3(3.0f));
+}
+
 TEST_F(ClusterOnLoopback, AStateThatDiffersIsNamedByContainerAndField) {
     Servers servers(types, 2);
     auto cluster = connect(servers, row(2, 10));
@@ -218,14 +230,7 @@ TEST_F(ClusterOnLoopback, AStateThatDiffersIsNamedByContainerAndField) {
     const auto geometry = scene.create<Geometry>("bumper");
     scene.edit(geometry).assign<&Geometry::positions>(std::vector<glm::vec3>(20, glm::vec3(1.0f)));
     ASSERT_TRUE((*cluster)->frame(scene, viewsOf(20, 10), 0.0, false));
-    // A write that no edit recorded: the client's state has it, the change list has not.
-    auto& container = const_cast<Geometry&>(scene.get(geometry));
-    for (const FieldDescriptor& field : container.type().fields) {
-        if (field.name != "positions") continue;
-        const glm::vec3 wrong(2.0f);
-        static_cast<MultiStorage*>(field.address(container))->write(7, std::as_bytes(std::span(&wrong, 1)));
-    }
-    scene.edit(geometry).setElement<&Geometry::positions>(8, glm::vec3(3.0f));
+    corrupt(scene, geometry);
     const auto frame = (*cluster)->frame(scene, viewsOf(20, 10), 0.0, false);
     ASSERT_FALSE(frame);
     for (const std::string part : {"frame 2", "'server0'", "Geometry", "'bumper'", "'positions'"})
@@ -251,14 +256,7 @@ TEST_F(ClusterOnLoopback, UnderDegradeAndStrictADifferenceIsNamedWhileTheWallGoe
             return done ? *done : FrameReport();
         };
         frame();
-        // A write that no edit recorded, as in the test above.
-        auto& container = const_cast<Geometry&>(scene.get(geometry));
-        for (const FieldDescriptor& field : container.type().fields) {
-            if (field.name != "positions") continue;
-            const glm::vec3 wrong(2.0f);
-            static_cast<MultiStorage*>(field.address(container))->write(7, std::as_bytes(std::span(&wrong, 1)));
-        }
-        scene.edit(geometry).setElement<&Geometry::positions>(8, glm::vec3(3.0f));
+        corrupt(scene, geometry);
         std::vector<std::string> differences;
         std::set<std::string> back;
         const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);

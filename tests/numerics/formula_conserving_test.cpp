@@ -136,13 +136,8 @@ TEST(FormulaConserving, LightAndEyeMayBeExchanged) {
     double torranceSparrow = 0;
     double phong = 0;
     double lafortune = 0;
-    for (const ReflectionPoint& p : reflectionPoints(10000, 41)) {
-        const dvec3 n = glm::normalize(dvec3(p.normal));
-        const dvec3 l = glm::normalize(dvec3(p.toLight));
-        const dvec3 v = glm::normalize(dvec3(p.toEye));
-        const double cosLight = glm::dot(n, l);
-        const double cosEye = glm::dot(n, v);
-        if (cosLight < 1e-3 || cosEye < 1e-3) continue;
+    for (const UnitReflectionPoint& at : reciprocityPoints(10000, 41)) {
+        const auto& [p, n, l, v, cosLight, cosEye] = at;
         const auto roundings = [&](double there, double back, double unit) {
             return there == 0 && back == 0 ? 0 : std::abs(there - back) / (there * 0x1p-53 * unit);
         };

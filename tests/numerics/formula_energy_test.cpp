@@ -88,14 +88,8 @@ TEST(FormulaEnergy, WhiteDielectricGivesTooMuchAtGrazingAnglesOnly) {
 
 TEST(FormulaEnergy, LightAndEyeMayBeExchanged) {
     double worst = 0;
-    for (const ReflectionPoint& p : reflectionPoints(10000, 7)) {
-        // Unit in double: v.h = l.h holds for vectors of equal length only.
-        const dvec3 n = glm::normalize(dvec3(p.normal));
-        const dvec3 l = glm::normalize(dvec3(p.toLight));
-        const dvec3 v = glm::normalize(dvec3(p.toEye));
-        const double cosLight = glm::dot(n, l);
-        const double cosEye = glm::dot(n, v);
-        if (cosLight < 1e-3 || cosEye < 1e-3) continue;
+    for (const UnitReflectionPoint& at : reciprocityPoints(10000, 7)) {
+        const auto& [p, n, l, v, cosLight, cosEye] = at;
         f::MetallicRoughness m = material(0, p.metallic, p.roughness);
         m.baseColour = dvec3(p.colour);
         const dvec3 there = f::metallicRoughnessReflect(m, n, l, v) / cosLight;

@@ -75,6 +75,30 @@ inline std::vector<ReflectionPoint> reflectionPoints(size_t count, uint64_t seed
     return points;
 }
 
+// A point whose directions are of unit length in double too: v.h = l.h holds for vectors of equal length only.
+struct UnitReflectionPoint {
+    explicit UnitReflectionPoint(const ReflectionPoint& p)
+        : point(p),
+          normal(glm::normalize(glm::dvec3(p.normal))),
+          toLight(glm::normalize(glm::dvec3(p.toLight))),
+          toEye(glm::normalize(glm::dvec3(p.toEye))),
+          cosLight(glm::dot(normal, toLight)),
+          cosEye(glm::dot(normal, toEye)) {}
+    ReflectionPoint point;
+    glm::dvec3 normal, toLight, toEye;
+    double cosLight, cosEye;
+};
+
+// For reciprocity: of reflectionPoints(), those where light and eye are both well above the surface.
+inline std::vector<UnitReflectionPoint> reciprocityPoints(size_t count, uint64_t seed) {
+    std::vector<UnitReflectionPoint> points;
+    for (const ReflectionPoint& p : reflectionPoints(count, seed)) {
+        const UnitReflectionPoint unit(p);
+        if (unit.cosLight >= 1e-3 && unit.cosEye >= 1e-3) points.push_back(unit);
+    }
+    return points;
+}
+
 // By how much the result of a formula moves, relatively, when directions move by one rounding error of float. This is
 // the problem's own sensitivity: no way of computing in float can do better.
 //

@@ -139,14 +139,23 @@ INSTANTIATE_TEST_SUITE_P(All, Demos,
                                          "demo:spheres?n=10",
                                          "demo:spheres?n=1"));
 
-class DemoFigures : public Demos {};
+// One scene, and its counts.
+class DemoFigures : public Demos {
+ protected:
+    void build(const std::string& uri) {
+        const auto loaded = buildDemo(uri, aspect);
+        ASSERT_TRUE(loaded);
+        scene = &aspect.get(*loaded);
+        counts = count(aspect, scene->root);
+    }
+    IdSource ids;
+    Aspect aspect{_types, ids};
+    const LoadedScene* scene = nullptr;
+    Counts counts;
+};
 
 TEST_F(DemoFigures, CityHasSharedGeometriesAndTheTrianglesItPromises) {
-    IdSource ids;
-    Aspect aspect(_types, ids);
-    const auto loaded = buildDemo("demo:city", aspect);
-    ASSERT_TRUE(loaded);
-    const Counts counts = count(aspect, aspect.get(*loaded).root);
+    ASSERT_NO_FATAL_FAILURE(build("demo:city"));
     std::size_t buildings = 0;
     for (ContainerId id : aspect.ids())
         if (const auto* node = aspect.findAs<Node>(id);
@@ -164,25 +173,15 @@ TEST_F(DemoFigures, CityHasSharedGeometriesAndTheTrianglesItPromises) {
 
 TEST_F(DemoFigures, PalmsHaveAsManyTrianglesAsAreAskedFor) {
     for (const int wanted : {2000, 2602, 3027, 10000}) {
-        IdSource ids;
-        Aspect aspect(_types, ids);
-        const auto loaded = buildDemo("demo:palms?triangles=" + std::to_string(wanted), aspect);
-        ASSERT_TRUE(loaded);
-        EXPECT_EQ(count(aspect, aspect.get(*loaded).root).drawnTriangles, static_cast<std::size_t>(wanted));
+        ASSERT_NO_FATAL_FAILURE(build("demo:palms?triangles=" + std::to_string(wanted)));
+        EXPECT_EQ(counts.drawnTriangles, static_cast<std::size_t>(wanted));
     }
-    IdSource ids;
-    Aspect aspect(_types, ids);
     EXPECT_FALSE(buildDemo("demo:palms?triangles=100", aspect));
     EXPECT_FALSE(buildDemo("demo:city?triangles=2602", aspect));
 }
 
 TEST_F(DemoFigures, CarHasOneWheelGeometryOnFourNodes) {
-    IdSource ids;
-    Aspect aspect(_types, ids);
-    const auto loaded = buildDemo("demo:car", aspect);
-    ASSERT_TRUE(loaded);
-    const LoadedScene& scene = aspect.get(*loaded);
-    const Counts counts = count(aspect, scene.root);
+    ASSERT_NO_FATAL_FAILURE(build("demo:car"));
     std::size_t wheels = 0;
     for (const auto& [id, uses] : counts.uses)
         if (aspect.findAs<Geometry>(id)->name.get() == "wheel") {
@@ -190,14 +189,12 @@ TEST_F(DemoFigures, CarHasOneWheelGeometryOnFourNodes) {
             EXPECT_EQ(uses, 4);
         }
     EXPECT_EQ(wheels, 1u);
-    ASSERT_EQ(scene.animations.size(), 1u);
-    EXPECT_EQ(aspect.get(scene.animations[0]).channels.size(), 5u);
+    ASSERT_EQ(scene->animations.size(), 1u);
+    EXPECT_EQ(aspect.get(scene->animations[0]).channels.size(), 5u);
 }
 
 TEST_F(DemoFigures, ClothIsFinelyTessellatedAndAboveTheFloorAndTheBall) {
-    IdSource ids;
-    Aspect aspect(_types, ids);
-    ASSERT_TRUE(buildDemo("demo:cloth", aspect));
+    ASSERT_NO_FATAL_FAILURE(build("demo:cloth"));
     for (ContainerId id : aspect.ids()) {
         const auto* geometry = aspect.findAs<Geometry>(id);
         if (!geometry || geometry->name.get() != "cloth") continue;
@@ -210,14 +207,9 @@ TEST_F(DemoFigures, ClothIsFinelyTessellatedAndAboveTheFloorAndTheBall) {
 }
 
 TEST_F(DemoFigures, PalmsHaveThreeDistancesSharedShapesAndTheCamerasOfTheExperiments) {
-    IdSource ids;
-    Aspect aspect(_types, ids);
-    const auto loaded = buildDemo("demo:palms", aspect);
-    ASSERT_TRUE(loaded);
-    const LoadedScene& scene = aspect.get(*loaded);
-    const Counts counts = count(aspect, scene.root);
+    ASSERT_NO_FATAL_FAILURE(build("demo:palms"));
     EXPECT_LT(counts.storedTriangles, counts.drawnTriangles);
-    EXPECT_EQ(scene.cameras.size(), 6u);
+    EXPECT_EQ(scene->cameras.size(), 6u);
     const auto [eyeZ, bands] = std::pair(16.0, std::array{std::pair(0.0, 30.0), std::pair(30.0, 60.0), std::pair(60.0, 110.0)});
     std::array<int, 3> palms{};
     for (ContainerId id : aspect.ids()) {
@@ -232,8 +224,6 @@ TEST_F(DemoFigures, PalmsHaveThreeDistancesSharedShapesAndTheCamerasOfTheExperim
 }
 
 TEST_F(DemoFigures, UnknownDemosAndOptionsAreRefusedNamingTheKnownOnes) {
-    IdSource ids;
-    Aspect aspect(_types, ids);
     const auto message = [&](const char* uri) {
         const auto result = buildDemo(uri, aspect);
         EXPECT_TRUE(result.has_error()) << uri;

@@ -7,22 +7,13 @@
 #include <limits>
 
 #include "shaders/formula_cpp.h"
+#include "tests/support/panoramas.h"
 
 namespace umbriel {
 namespace {
 
 namespace f = formula_f64;
 constexpr double kPi = 3.14159265358979323846;
-
-template <class Radiance>
-Panorama panorama(int rows, Radiance&& radiance) {
-    Panorama made{2 * rows, rows, {}};
-    for (int row = 0; row < rows; ++row)
-        for (int column = 0; column < 2 * rows; ++column)
-            made.radiance.push_back(
-                glm::vec3(radiance(f::directionFromLatLong({(column + 0.5) / (2 * rows), (row + 0.5) / rows}))));
-    return made;
-}
 
 // The texel of a cube level around a direction.
 glm::vec3 cubeAt(const std::vector<glm::vec3>& texels, std::size_t first, int size, const glm::dvec3& direction) {
@@ -44,7 +35,7 @@ std::size_t firstOfLevel(const PrefilteredEnvironment& environment, int level) {
 TEST(EnvironmentLight, AnEvenEnvironmentStaysEven) {
     for (const float radiance : {1e-30f, 0.75f, 1e30f}) {
         const PrefilteredEnvironment made =
-            prefilter(panorama(32, [&](const glm::dvec3&) { return glm::dvec3(radiance); }), 32);
+            prefilter(panoramaOf(32, [&](const glm::dvec3&) { return glm::dvec3(radiance); }), 32);
         EXPECT_EQ(made.radiance.size(), 6u * (32 * 32 + 16 * 16 + 8 * 8 + 4 * 4 + 2 * 2 + 1));
         for (const std::vector<glm::vec3>* texels : {&made.radiance, &made.convolved})
             for (const glm::vec3& texel : *texels) ASSERT_NEAR(texel.y / radiance, 1.0, 1e-6);
@@ -55,7 +46,7 @@ TEST(EnvironmentLight, AnEvenEnvironmentStaysEven) {
 TEST(EnvironmentLight, ALinearEnvironmentIsConvolvedToTwoThirds) {
     const glm::dvec3 a(0.3, -0.5, 0.2);
     const PrefilteredEnvironment made =
-        prefilter(panorama(64, [&](const glm::dvec3& d) { return glm::dvec3(1.0 + glm::dot(a, d)); }), 32);
+        prefilter(panoramaOf(64, [&](const glm::dvec3& d) { return glm::dvec3(1.0 + glm::dot(a, d)); }), 32);
     for (const glm::dvec3 n : {glm::dvec3(1, 0, 0), glm::dvec3(0, -1, 0), glm::normalize(glm::dvec3(1, 2, -3))}) {
         const glm::dvec2 place = f::cubePlace(n) * 16.0;
         const glm::dvec3 middle = glm::normalize(
@@ -66,7 +57,7 @@ TEST(EnvironmentLight, ALinearEnvironmentIsConvolvedToTwoThirds) {
 
 // A sun of one texel: what it sends stays what it sends, in the mirror map and on a surface that faces it.
 TEST(EnvironmentLight, ASunOfOneTexelKeepsItsPower) {
-    Panorama sky = panorama(128, [](const glm::dvec3&) { return glm::dvec3(0.0); });
+    Panorama sky = panoramaOf(128, [](const glm::dvec3&) { return glm::dvec3(0.0); });
     const int row = 40;
     const int column = 100;
     sky.radiance[static_cast<std::size_t>(row * 256 + column)] = glm::vec3(1e5f);
@@ -89,7 +80,7 @@ TEST(EnvironmentLight, DirectionsStayWhereTheyAre) {
     for (const glm::dvec3 axis : {glm::dvec3(1, 0, 0), glm::dvec3(-1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, -1, 0),
                                   glm::dvec3(0, 0, 1), glm::dvec3(0, 0, -1)}) {
         const PrefilteredEnvironment made = prefilter(
-            panorama(64, [&](const glm::dvec3& d) { return glm::dvec3(glm::dot(d, axis) > 0.95 ? 10.0 : 0.0); }), 32);
+            panoramaOf(64, [&](const glm::dvec3& d) { return glm::dvec3(glm::dot(d, axis) > 0.95 ? 10.0 : 0.0); }), 32);
         for (int level = 0; level < made.levels; ++level) {
             const std::size_t first = firstOfLevel(made, level);
             const int size = made.faceSize >> level;
@@ -101,7 +92,7 @@ TEST(EnvironmentLight, DirectionsStayWhereTheyAre) {
 }
 
 TEST(EnvironmentLight, HalfATurnIsItsOwnInverse) {
-    const Panorama marked = panorama(8, [](const glm::dvec3& d) { return d + 1.0; });
+    const Panorama marked = panoramaOf(8, [](const glm::dvec3& d) { return d + 1.0; });
     const Panorama turned = halfTurned(marked);
     // What was at +X, right of the middle, is left of it now: at -X.
     EXPECT_NEAR(turned.at(4, 4).x, 0.0f + marked.at(12, 4).x, 0.0f);
@@ -125,7 +116,7 @@ TEST(EnvironmentLight, FacesBecomeThePanoramaTheyShow) {
 }
 
 TEST(EnvironmentLight, WhatIsNoRadianceIsRepairedAndCounted) {
-    Panorama bad = panorama(2, [](const glm::dvec3&) { return glm::dvec3(1.0); });
+    Panorama bad = panoramaOf(2, [](const glm::dvec3&) { return glm::dvec3(1.0); });
     bad.radiance[0].x = -1.0f;
     bad.radiance[1].y = std::numeric_limits<float>::quiet_NaN();
     bad.radiance[2].z = std::numeric_limits<float>::infinity();
