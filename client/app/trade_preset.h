@@ -65,6 +65,8 @@ class Expectations {
                 const std::string& why = {}, const std::string& whyNot = {});
     void atLeast(const std::string& text, std::optional<double> a, double limit, FigureUnit unit = kPercent,
                  const std::string& why = {}, const std::string& whyNot = {});
+    // Neither: what the figures cannot say here.
+    void open(const std::string& text, const std::string& reason);
     std::vector<Expectation> take() { return std::move(_all); }
 
  private:
