@@ -33,7 +33,7 @@ struct FigureUnit {
     const char* suffix = "";
 };
 inline constexpr FigureUnit kPercent{100.0, " %"}, kMilliseconds{1.0, " ms"}, kTimes{1.0, " x"}, kPixels{1.0, " px"},
-    kMetres{1.0, " m"};
+    kMetres{1.0, " m"}, kPlain{1.0, ""};
 
 // A figure of a row, when there is one.
 using Figure = std::function<std::optional<double>(const TradeRow&)>;

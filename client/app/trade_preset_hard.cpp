@@ -264,7 +264,7 @@ std::vector<PresetRun> trapez(const TradeArguments& arguments) {
     return runs;
 }
 void judgeTrapez(const PresetOutcome& outcome, Expectations& expect) {
-    constexpr const char* kPlain = "trapez 512";
+    constexpr const char* kAsIs = "trapez 512";
     constexpr const char* kOff = "trapez 512 maxSideAngle=3.1";
     constexpr const char* kOn = "trapez 512 maxSideAngle=1";
     constexpr const char* kFitted = "trapez 512 qualityMode=1";
@@ -283,12 +283,12 @@ void judgeTrapez(const PresetOutcome& outcome, Expectations& expect) {
                         ratio(of("std 512", zoneTexelOf(2)), of("std 512", zoneTexelOf(0))),
                         ratio(of(kOn, zoneTexelOf(2)), of(kOn, zoneTexelOf(0))), kTimes);
         }
-        if (of(kFitted, texelOf) == of(kPlain, texelOf)) {
+        if (of(kFitted, texelOf) == of(kAsIs, texelOf)) {
             expect.open(camera + ": fitting base and top to what is seen", "both drew the same");
         } else {
             expect.less(camera + ": fitting base and top to what is seen makes texels smaller", of(kFitted, texelOf),
-                        of(kPlain, texelOf), kMetres);
-            expect.less(camera + ": and errors", of(kFitted, errorOf), of(kPlain, errorOf));
+                        of(kAsIs, texelOf), kMetres);
+            expect.less(camera + ": and errors", of(kFitted, errorOf), of(kAsIs, errorOf));
         }
     }
 }
