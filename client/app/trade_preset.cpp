@@ -42,16 +42,21 @@ std::optional<double> PresetOutcome::figure(std::size_t run, const std::string& 
 
 void Expectations::add(const std::string& text, bool known, bool met, const std::string& figures,
                        const std::string& why, const std::string& whyNot) {
+    if (!known)
+        return open(text,
+                    "needs a technique or a field that this version does not have, or a shadow that is not in view");
     Expectation one;
     one.text = text;
-    if (!known) {
-        one.figures = "needs a technique or a field that this version does not have, or a shadow that is not in view";
-        _all.push_back(std::move(one));
-        return;
-    }
     one.state = met ? Expectation::State::Met : Expectation::State::NotMet;
     one.figures = figures;
     one.why = met || whyNot.empty() ? why : why.empty() ? whyNot : why + "; " + whyNot;
+    _all.push_back(std::move(one));
+}
+
+void Expectations::open(const std::string& text, const std::string& reason) {
+    Expectation one;
+    one.text = text;
+    one.figures = reason;
     _all.push_back(std::move(one));
 }
 

@@ -33,7 +33,7 @@ struct FigureUnit {
     const char* suffix = "";
 };
 inline constexpr FigureUnit kPercent{100.0, " %"}, kMilliseconds{1.0, " ms"}, kTimes{1.0, " x"}, kPixels{1.0, " px"},
-    kMetres{1.0, " m"};
+    kMetres{1.0, " m"}, kPlain{1.0, ""};
 
 // A figure of a row, when there is one.
 using Figure = std::function<std::optional<double>(const TradeRow&)>;
@@ -65,6 +65,8 @@ class Expectations {
                 const std::string& why = {}, const std::string& whyNot = {});
     void atLeast(const std::string& text, std::optional<double> a, double limit, FigureUnit unit = kPercent,
                  const std::string& why = {}, const std::string& whyNot = {});
+    // Neither: what the figures cannot say here.
+    void open(const std::string& text, const std::string& reason);
     std::vector<Expectation> take() { return std::move(_all); }
 
  private:

@@ -47,10 +47,6 @@ void judgeMapSizes(const PresetOutcome& outcome, Expectations& expect) {
                     at512, e("std:scene 1024"));
         expect.less(fmt::format("{} at 512 does not reach the thesis' standard at 2048", technique),
                     e("std:scene 2048"), at512);
-        expect.less(fmt::format("{} at 512 against the camera-fitted standard at 1024 (reported beside)", technique),
-                    at512, e("std 1024"), kPercent, {},
-                    "no claim of the thesis: a standard map that is fitted to what is seen has smaller texels than the "
-                    "thesis' own");
     }
     const auto texels = [&](const char* label) { return outcome.figure(0, label, zoneTexelOf(0)); };
     expect.less("lisp is a little better than trapez at 512", e("lisp 512"), e("trapez 512"), kPercent,
@@ -217,6 +213,7 @@ std::vector<PresetRun> angles(const TradeArguments& arguments) {
         run.scene.eye = fmt::format("{},{},{}", eye.x, eye.y, eye.z);
         run.scene.target = fmt::format("{},{},{}", middle.x, middle.y, middle.z);
         for (const char* technique : kHard) run.settings.push_back(presetSetting(technique, 1024));
+        run.settings.push_back(presetSetting("trapez", 1024, {{"maxSideAngle", "1"}}));
         runs.push_back(run);
     }
     return runs;
@@ -226,12 +223,20 @@ void judgeAngles(const PresetOutcome& outcome, Expectations& expect) {
         return outcome.figure(run, technique + " 1024", figure);
     };
     for (std::size_t run = 0; run < kAngles.size(); ++run)
-        for (const char* technique : {"lisp", "trapez"})
+        for (const char* technique : {"lisp", "trapez"}) {
+            const auto corrected = outcome.figure(run, "trapez 1024 maxSideAngle=1", errorOf);
             expect.less(
-                fmt::format("{} degrees: {} at most 1.05 of the camera-fitted standard", kAngles[run], technique),
+                fmt::format("{} degrees: {}, error, at most 1.05 of the camera-fitted standard's", kAngles[run],
+                            technique),
                 of(run, technique, errorOf), timesAtMost(1.05, of(run, "std", errorOf)), kPercent,
                 fmt::format("texels of {:.3f} m against {:.3f} m", of(run, technique, texelOf).value_or(0.0),
-                            of(run, "std", texelOf).value_or(0.0)));
+                            of(run, "std", texelOf).value_or(0.0)),
+                std::string_view(technique) == "trapez"
+                    ? fmt::format("the thesis' ill case (6.3.3): so near to the light's direction the sides open "
+                                  "wide and the far end gets little; with maxSideAngle=1 the error is {:.3f} %",
+                                  100 * corrected.value_or(0.0))
+                    : "the worst ratio of a texel to the eye's distance is what LISP makes small, not the mean");
+        }
     const auto gain = [&](std::size_t run, const std::string& technique) {
         return ratio(of(run, technique, texelOf), of(run, "std", texelOf));
     };
@@ -259,27 +264,32 @@ std::vector<PresetRun> trapez(const TradeArguments& arguments) {
     return runs;
 }
 void judgeTrapez(const PresetOutcome& outcome, Expectations& expect) {
+    constexpr const char* kAsIs = "trapez 512";
+    constexpr const char* kOff = "trapez 512 maxSideAngle=3.1";
+    constexpr const char* kOn = "trapez 512 maxSideAngle=1";
+    constexpr const char* kFitted = "trapez 512 qualityMode=1";
     for (std::size_t run = 0; run < outcome.runs.size(); ++run) {
         const std::string& camera = outcome.runs[run].camera;
         const auto of = [&](const char* label, const Figure& figure) { return outcome.figure(run, label, figure); };
-        const char* const off = "trapez 512 maxSideAngle=3.1";
-        const char* const on = "trapez 512 maxSideAngle=1";
-        // What does not change says nothing.
-        const auto changed = [&](const char* label, const char* from, std::optional<double> value) {
-            return of(label, texelOf) == of(from, texelOf) ? std::nullopt : value;
-        };
-        expect.less(camera + ": the angle correction (sides of at most 1 rad) makes far texels smaller",
-                    changed(on, off, of(on, zoneTexelOf(2))), of(off, zoneTexelOf(2)), kPixels);
-        expect.less(camera + ": and evens them out (near over far)",
-                    changed(on, off, ratio(of(off, zoneTexelOf(2)), of(off, zoneTexelOf(0)))),
-                    ratio(of(on, zoneTexelOf(2)), of(on, zoneTexelOf(0))), kTimes, {},
-                    "near texels are the larger ones here even with the full warp");
-        expect.less(camera + ": fitting base and top to what is seen makes texels smaller",
-                    changed("trapez 512 qualityMode=1", "trapez 512", of("trapez 512 qualityMode=1", texelOf)),
-                    of("trapez 512", texelOf), kMetres);
-        expect.less(camera + ": and errors",
-                    changed("trapez 512 qualityMode=1", "trapez 512", of("trapez 512 qualityMode=1", errorOf)),
-                    of("trapez 512", errorOf));
+        if (of(kOn, texelOf) == of(kOff, texelOf)) {
+            expect.open(camera + ": the angle correction (sides of at most 1 rad)",
+                        "the sides open less than that: it has nothing to do");
+        } else {
+            expect.less(camera + ": the angle correction (sides of at most 1 rad) makes far texels smaller",
+                        of(kOn, zoneTexelOf(2)), of(kOff, zoneTexelOf(2)), kPixels);
+            expect.less(camera + ": and pays with near ones", of(kOff, zoneTexelOf(0)), of(kOn, zoneTexelOf(0)),
+                        kPixels);
+            expect.less(camera + ": and comes nearer to the uniform map, far over near",
+                        ratio(of("std 512", zoneTexelOf(2)), of("std 512", zoneTexelOf(0))),
+                        ratio(of(kOn, zoneTexelOf(2)), of(kOn, zoneTexelOf(0))), kTimes);
+        }
+        if (of(kFitted, texelOf) == of(kAsIs, texelOf)) {
+            expect.open(camera + ": fitting base and top to what is seen", "both drew the same");
+        } else {
+            expect.less(camera + ": fitting base and top to what is seen makes texels smaller", of(kFitted, texelOf),
+                        of(kAsIs, texelOf), kMetres);
+            expect.less(camera + ": and errors", of(kFitted, errorOf), of(kAsIs, errorOf));
+        }
     }
 }
 

@@ -180,6 +180,7 @@ ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std:
             filter.blockerSamples = samples("blockerSamples", viewport.blockerSamples, 6u);
             filter.filterSamples = samples("filterSamples", viewport.filterSamples, 8u);
             filter.maxTexels = std::min(quality * within("maxPenumbra", viewport.maxPenumbra, 0.0f, most, 32.0f), most);
+            filter.nearestBlocker = viewport.nearestBlocker;
             filter.bilinear = viewport.hardwareFilter;
         }
         request.borderTexels = static_cast<double>(filter.maxTexels);

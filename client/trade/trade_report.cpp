@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -68,6 +69,12 @@ Json rowJson(const TradeRow& row) {
     for (const auto& [field, value] : row.setting.fields) fields += (fields.empty() ? "" : ";") + field + "=" + value;
     json["fields"] = fields;
     return json;
+}
+
+std::size_t widestLabel(const TradeResult& result) {
+    std::size_t widest = 20;
+    for (const TradeRow& row : result.rows) widest = std::max(widest, labelOf(row.setting).size());
+    return widest;
 }
 
 Json resultJson(const TradeResult& result) {
@@ -137,20 +144,21 @@ std::string tradeCsv(std::span<const TradeResult> results) {
 }
 
 void printTrade(const TradeResult& result, std::ostream& out) {
+    const std::size_t wide = widestLabel(result);
     out << fmt::format("{}, {}x{}, {:.1f} % of the covered pixels judged; {}\n", result.scene, result.width,
                        result.height, 100.0 * result.judgedShare, result.truth);
-    out << fmt::format("  {:<28} {:>8} {:>8} {:>8} {:>9} {:>7} {:>7} {:>8} {:>8} {:>9}\n", "setting", "error %",
+    out << fmt::format("  {:<{}} {:>8} {:>8} {:>8} {:>9} {:>7} {:>7} {:>8} {:>8} {:>9}\n", "setting", wide, "error %",
                        "leak %", "acne %", "edge px", "p95", "rmse", "wall ms", "cpu ms", "map KiB");
     for (const TradeRow& row : result.rows) {
         const ShadowError& e = row.errors.error;
         const auto pixels = [](double value) {
             return std::isfinite(value) ? fmt::format("{:.1f}", value) : std::string("-");
         };
-        out << fmt::format("{} {:<28} {:>8.3f} {:>8.3f} {:>8.3f} {:>9} {:>7} {:>7.4f} {:>8.1f} {:>8.1f} {:>9}\n",
+        out << fmt::format("{} {:<{}} {:>8.3f} {:>8.3f} {:>8.3f} {:>9} {:>7} {:>7.4f} {:>8.1f} {:>8.1f} {:>9}\n",
                            row.chosen    ? '>'
                            : row.onFront ? '*'
                                          : ' ',
-                           labelOf(row.setting), 100.0 * e.error(), 100.0 * e.leak, 100.0 * e.acne,
+                           labelOf(row.setting), wide, 100.0 * e.error(), 100.0 * e.leak, 100.0 * e.acne,
                            pixels(row.errors.edges.distance.median), pixels(row.errors.edges.distance.percentile95),
                            e.rmse, row.cost.wallMilliseconds, row.cost.cpuMilliseconds, row.cost.mapBytes / 1024);
     }
@@ -158,25 +166,28 @@ void printTrade(const TradeResult& result, std::ostream& out) {
 }
 
 void printZones(const TradeResult& result, std::ostream& out) {
-    out << fmt::format("  {:<28} {:>8} {:>8} {:>8} {:>23} {:>10} {:>10} {:>8}\n", "setting", "near %", "middle %",
+    const std::size_t wide = widestLabel(result);
+    out << fmt::format("  {:<{}} {:>8} {:>8} {:>8} {:>23} {:>10} {:>10} {:>8}\n", "setting", wide, "near %", "middle %",
                        "far %", "texel px, near mid far", "leak>1tx %", "acne>1tx %", "x cost");
     const auto shown = [](const std::optional<double>& value, double scale, int digits) {
         return value ? fmt::format("{:.{}f}", scale * *value, digits) : std::string("-");
     };
     for (const TradeRow& row : result.rows) {
         const TradeErrors& e = row.errors;
-        out << fmt::format("  {:<28} {:>8.3f} {:>8.3f} {:>8.3f} {:>9} {:>6} {:>6} {:>10} {:>10} {:>8.3f}\n",
-                           labelOf(row.setting), 100 * e.zoneErrors[0], 100 * e.zoneErrors[1], 100 * e.zoneErrors[2],
-                           shown(e.zoneTexels[0], 1, 2), shown(e.zoneTexels[1], 1, 2), shown(e.zoneTexels[2], 1, 2),
-                           shown(e.leakBeyondTexel, 100, 4), shown(e.acneBeyondTexel, 100, 4), row.cost.cpuRatio);
+        out << fmt::format("  {:<{}} {:>8.3f} {:>8.3f} {:>8.3f} {:>9} {:>6} {:>6} {:>10} {:>10} {:>8.3f}\n",
+                           labelOf(row.setting), wide, 100 * e.zoneErrors[0], 100 * e.zoneErrors[1],
+                           100 * e.zoneErrors[2], shown(e.zoneTexels[0], 1, 2), shown(e.zoneTexels[1], 1, 2),
+                           shown(e.zoneTexels[2], 1, 2), shown(e.leakBeyondTexel, 100, 4),
+                           shown(e.acneBeyondTexel, 100, 4), row.cost.cpuRatio);
     }
 }
 
 void printCosts(const TradeResult& result, std::ostream& out) {
-    out << fmt::format("{}, {}x{}\n  {:<34} {:>9} {:>9} {:>8} {:>10} {:>7}\n", result.scene, result.width,
-                       result.height, "setting", "wall ms", "cpu ms", "x first", "map KiB", "frames");
+    const std::size_t wide = widestLabel(result);
+    out << fmt::format("{}, {}x{}\n  {:<{}} {:>9} {:>9} {:>8} {:>10} {:>7}\n", result.scene, result.width,
+                       result.height, "setting", wide, "wall ms", "cpu ms", "x first", "map KiB", "frames");
     for (const TradeRow& row : result.rows)
-        out << fmt::format("  {:<34} {:>9.1f} {:>9.1f} {:>8.3f} {:>10} {:>7}\n", labelOf(row.setting),
+        out << fmt::format("  {:<{}} {:>9.1f} {:>9.1f} {:>8.3f} {:>10} {:>7}\n", labelOf(row.setting), wide,
                            row.cost.wallMilliseconds, row.cost.cpuMilliseconds, row.cost.cpuRatio,
                            row.cost.mapBytes / 1024, row.cost.frames);
     for (const std::string& note : result.notes) out << "  " << note << '\n';

@@ -136,6 +136,7 @@ struct Viewport : Container {
     Single<std::uint32_t> samplesPerRow{6u};   // PCF: at most so many samples along each side
     Single<std::uint32_t> blockerSamples{6u};  // PPCF: along each side of the search for blockers
     Single<std::uint32_t> filterSamples{8u};   // PPCF: along each side of the filter
+    Single<bool> nearestBlocker{false};    // PPCF: the penumbra is that of the nearest to the light, not of the mean
     Single<float> lightSize{-1.0f};        // PPCF: metres across, or radians (directional); negative: the light's own
     Single<float> maxPenumbra{32.0f};      // PPCF: texels
     Single<bool> hardwareFilter{false};    // PCF: each sample is the mix of its four nearest texels
@@ -180,6 +181,7 @@ struct Viewport : Container {
         type.field<&Viewport::samplesPerRow>("samplesPerRow");
         type.field<&Viewport::blockerSamples>("blockerSamples");
         type.field<&Viewport::filterSamples>("filterSamples");
+        type.field<&Viewport::nearestBlocker>("nearestBlocker");
         type.field<&Viewport::lightSize>("lightSize");
         type.field<&Viewport::maxPenumbra>("maxPenumbra");
         type.field<&Viewport::hardwareFilter>("hardwareFilter");

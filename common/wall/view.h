@@ -41,6 +41,7 @@ struct ShadowFilter {
     std::uint32_t filterSamples = 0;      // PPCF: along each side of the filter, at most
     float lightSize = 0.0f;               // PPCF: metres across; of a directional light: metres of penumbra per metre
     float maxTexels = 0.0f;               // PPCF: no penumbra is wider
+    bool nearestBlocker = false;          // PPCF: not the mean of the blockers, but the one nearest to the light
     bool bilinear = false;                // each sample is the mix of its four nearest texels
     std::uint32_t boundsBlock = 0;        // texels a side of the blocks whose bounds let samples be skipped; 0: none
     friend bool operator==(const ShadowFilter&, const ShadowFilter&) = default;

@@ -55,6 +55,7 @@ void writeFit(Writer& writer, const ShadowFit& fit) {
     writer.f32(fit.filter.maxTexels);
     for (int i = 0; i < 4; ++i) writer.f64(fit.planeWorld[i]);
     writer.f32(fit.blobSize);
+    writer.u8(fit.filter.nearestBlocker ? 1 : 0);
     writer.u8(fit.filter.bilinear ? 1 : 0);
     writer.varint(fit.filter.boundsBlock);
 }
@@ -85,6 +86,7 @@ ShadowFit readFit(Reader& reader) {
     fit.filter.maxTexels = reader.finiteF32();
     for (int i = 0; i < 4; ++i) fit.planeWorld[i] = reader.finiteF64();
     fit.blobSize = reader.finiteF32();
+    fit.filter.nearestBlocker = reader.boolean();
     fit.filter.bilinear = reader.boolean();
     fit.filter.boundsBlock = static_cast<std::uint32_t>(reader.bounded(1 << 12, "the blocks of a map are too large"));
     return fit;

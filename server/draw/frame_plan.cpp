@@ -72,6 +72,7 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_SHADOW_HEMISPHERES", "paraboloid-maps"},
     {"FEATURE_SHADOW_FILTER", "filtered-maps"},
     {"FEATURE_SHADOW_SOFT_FILTER", "contact-hardening"},
+    {"FEATURE_SHADOW_NEAREST_BLOCKER", "nearest-blocker"},
     {"FEATURE_SHADOW_BILINEAR", "bilinear-samples"},
     {"FEATURE_SHADOW_BOUNDS", "map-bounds"},
     {"FEATURE_SHADOW_VIEW", "view-shadows"},

@@ -76,6 +76,7 @@ enum class Feature : std::uint32_t {
     ShadowHemispheres,
     ShadowFilter,
     ShadowSoftFilter,
+    ShadowNearestBlocker,
     ShadowBilinear,
     ShadowBounds,
     ShadowView,

@@ -68,6 +68,7 @@ ShadowFeatureSet MapModule::features(const ShadowFit& fit) const {
     return bit(ShadowFeature::Maps) | _features | (isWarped(fit) ? bit(ShadowFeature::Warp) : 0) |
            (fit.perspective ? bit(ShadowFeature::Perspective) : 0) |
            (fit.shape == ShadowShape::CubeFace ? bit(ShadowFeature::Cube) : 0) |
+           (fit.filter.nearestBlocker ? bit(ShadowFeature::NearestBlocker) : 0) |
            (fit.filter.bilinear ? bit(ShadowFeature::Bilinear) : 0) |
            (fit.filter.boundsBlock > 0 ? bit(ShadowFeature::Bounds) : 0);
 }

@@ -21,11 +21,12 @@ enum class ShadowFeature : std::uint32_t {
     Perspective,  // some map spreads from a light that stands somewhere; without: all are parallel
     Cube,
     Hemispheres,
-    Filter,      // percentage closer
-    SoftFilter,  // the same, with a search for blockers
-    Bilinear,    // samples of filters are mixed from four texels
-    Bounds,      // filters read the bounds of blocks of texels first
-    View,        // no maps: the view's own darkness images
+    Filter,          // percentage closer
+    SoftFilter,      // the same, with a search for blockers
+    NearestBlocker,  // of those that the search finds, not their mean
+    Bilinear,        // samples of filters are mixed from four texels
+    Bounds,          // filters read the bounds of blocks of texels first
+    View,            // no maps: the view's own darkness images
     Count
 };
 using ShadowFeatureSet = std::uint32_t;  // a bit each

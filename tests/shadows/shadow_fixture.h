@@ -20,6 +20,7 @@ class ModuleTest : public DrawTest {
         double error = 0.0, leak = 0.0, acne = 0.0;  // shares of the judged pixels
         double inner = 0.0;  // of these, what is wrong more than edgeMetres from a shadow's edge
         double rmse = 0.0;
+        double mean = 0.0;  // of the absolute error of the factor
         std::size_t judged = 0;
         std::size_t dark = 0;  // in truth
     };
@@ -131,7 +132,7 @@ class ModuleTest : public DrawTest {
         }
         const glm::dvec3 eye = resolved(wall).views[0].eyeWorld;
         std::size_t leaks = 0, acne = 0, inner = 0;
-        double squares = 0.0;
+        double squares = 0.0, absolute = 0.0;
         for (int y = 0; y < wall.height; ++y)
             for (int x = 0; x < wall.width; ++x) {
                 const float* n = images[2].at(x, y);
@@ -156,7 +157,8 @@ class ModuleTest : public DrawTest {
                 ++result.judged;
                 result.dark += dark;
                 const bool wrong = dark != (factor < 0.5);
-                if (wrong && edgeMetres > 0.0) {
+                const double within = edgeMetres + (edgeAngle > 0.0 ? edgeAngle * reach : 0.0);
+                if (wrong && within > 0.0) {
                     const glm::dvec3 across =
                         glm::normalize(glm::cross(toLight, normal + 0.3 * glm::dvec3(toLight.z, toLight.x, toLight.y)));
                     const glm::dvec3 along = glm::cross(toLight, across);
@@ -164,12 +166,13 @@ class ModuleTest : public DrawTest {
                     for (const glm::dvec3& step : {across, -across, along, -along}) {
                         // On the surface, where the map's texel lies.
                         const glm::dvec3 moved = step - toLight * (glm::dot(step, normal) / glm::dot(toLight, normal));
-                        isEdge = isEdge || isDark(point + edgeMetres * moved, toLight, reach) != dark;
+                        isEdge = isEdge || isDark(point + within * moved, toLight, reach) != dark;
                     }
                     inner += !isEdge;
                 }
                 leaks += dark && factor > 0.5;
                 acne += !dark && factor < 0.5;
+                absolute += std::abs(factor - (dark ? 0.0 : 1.0));
                 squares += (factor - (dark ? 0.0 : 1.0)) * (factor - (dark ? 0.0 : 1.0));
             }
         const double judged = static_cast<double>(std::max<std::size_t>(result.judged, 1));
@@ -178,6 +181,7 @@ class ModuleTest : public DrawTest {
         result.error = result.leak + result.acne;
         result.inner = static_cast<double>(inner) / judged;
         result.rmse = std::sqrt(squares / judged);
+        result.mean = absolute / judged;
         return result;
     }
 
@@ -190,6 +194,7 @@ class ModuleTest : public DrawTest {
     double spotCone = 0.7;
     double scale = 1.0;
     double edgeMetres = 0.0;
+    double edgeAngle = 0.0;  // for lamps: and so much more for each metre from the light
     // A turn by 16 degrees, in float as nodes keep it: a rotation to 1e-8.
     glm::dmat3 worldFromLocal{glm::dmat3(glm::mat3(0.96f, 0.0f, -0.28f, 0.0f, 1.0f, 0.0f, 0.28f, 0.0f, 0.96f))};
     glm::dvec3 offset{0.0};
