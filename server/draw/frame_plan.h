@@ -77,6 +77,7 @@ enum class Feature : std::uint32_t {
     ShadowFilter,
     ShadowSoftFilter,
     ShadowBilinear,
+    ShadowSkip,
     ShadowBounds,
     ShadowView,
     Count

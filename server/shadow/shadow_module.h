@@ -24,7 +24,8 @@ enum class ShadowFeature : std::uint32_t {
     Filter,      // percentage closer
     SoftFilter,  // the same, with a search for blockers
     Bilinear,    // samples of filters are mixed from four texels
-    Bounds,      // filters read the bounds of blocks of texels first
+    Skip,        // filters take no samples where the outcome is known
+    Bounds,      // they read the bounds of blocks of texels first
     View,        // no maps: the view's own darkness images
     Count
 };
