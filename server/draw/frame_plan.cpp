@@ -74,6 +74,7 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_SHADOW_SOFT_FILTER", "contact-hardening"},
     {"FEATURE_SHADOW_NEAREST_BLOCKER", "nearest-blocker"},
     {"FEATURE_SHADOW_BILINEAR", "bilinear-samples"},
+    {"FEATURE_SHADOW_SKIP", "skipped-samples"},
     {"FEATURE_SHADOW_BOUNDS", "map-bounds"},
     {"FEATURE_SHADOW_VIEW", "view-shadows"},
 };
@@ -224,6 +225,8 @@ class Planner {
             const auto blocks = static_cast<std::int32_t>((largest + block - 1) / block);
             addTarget(fmt::format("shadow bounds {}", view), "RGBA32F", {blocks, blocks},
                       static_cast<std::uint32_t>(demand.shadows.size()), 1, 16);
+            const auto tiles = static_cast<std::int32_t>((largest + 1) / 4 + 1);
+            addTarget(fmt::format("shadow tiles {}", view), "RGBA32F", {tiles, tiles}, 1, 1, 16);
         }
     }
 

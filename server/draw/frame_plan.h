@@ -78,6 +78,7 @@ enum class Feature : std::uint32_t {
     ShadowSoftFilter,
     ShadowNearestBlocker,
     ShadowBilinear,
+    ShadowSkip,
     ShadowBounds,
     ShadowView,
     Count

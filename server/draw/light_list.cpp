@@ -169,7 +169,9 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
         if (shadowsOn && described->castsShadow)
             for (const ShadowFit& fit : view.fits) {
                 const ShadowModule* module = shadowModule(fit.mode);
-                if (!module || (fit.mapSize == 0 && !module->demand(fit).inView) || (fit.light != source.light && fit.light != source.node)) continue;
+                if (!module || (fit.mapSize == 0 && !module->demand(fit).inView) ||
+                    (fit.light != source.light && fit.light != source.node))
+                    continue;
                 gpu::GpuShadow shadow = module->describe(fit, view.eyeWorld);
                 shadow.layer = static_cast<float>(list.shadows.size());
                 if (described->light.shadowIndex < 0)

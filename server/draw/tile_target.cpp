@@ -56,7 +56,8 @@ Result<void> TileTargets::reserve(const WallViews& views, std::span<const TileAs
         std::equal(tiles.begin(), tiles.end(), _finished.begin(),
                    [](const TileAssignment& a, const Finished& b) { return a.pixels == b.tile.pixels; });
     const bool inPlace = isDrawnInPlace(views, tiles);
-    const bool same = work == _workSize && inPlace == _inPlace && _samples == views.samples && _layerMask == views.layers && sameTiles &&
+    const bool same = work == _workSize && inPlace == _inPlace && _samples == views.samples &&
+                      _layerMask == views.layers && sameTiles &&
                       static_cast<std::uint32_t>(_factors.colourCount()) == factorImages;
     if (same) {
         for (std::size_t i = 0; i < tiles.size(); ++i) _finished[i].tile = tiles[i];

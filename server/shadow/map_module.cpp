@@ -70,12 +70,21 @@ ShadowFeatureSet MapModule::features(const ShadowFit& fit) const {
            (fit.shape == ShadowShape::CubeFace ? bit(ShadowFeature::Cube) : 0) |
            (fit.filter.nearestBlocker ? bit(ShadowFeature::NearestBlocker) : 0) |
            (fit.filter.bilinear ? bit(ShadowFeature::Bilinear) : 0) |
-           (fit.filter.boundsBlock > 0 ? bit(ShadowFeature::Bounds) : 0);
+           (fit.filter.boundsBlock > 0 ? bit(ShadowFeature::Skip) : 0) |
+           (boundsBlock(fit) > 0 ? bit(ShadowFeature::Bounds) : 0);
+}
+
+std::uint32_t MapModule::boundsBlock(const ShadowFit& fit) const {
+    const bool isFixed = (_features & bit(ShadowFeature::SoftFilter)) == 0 && !(fit.filter.widthMetres > 0.0f);
+    const float width = isFixed ? fit.filter.widthTexels : fit.filter.maxTexels;
+    // To the centre of the farthest texel, as decidedAround() of snippet/shadow_filter.glsl asks.
+    const float reach = 0.5f * width + (fit.filter.bilinear ? 1.5f : 0.5f);
+    return reach <= kBoundsMargin ? fit.filter.boundsBlock : 0;
 }
 
 ShadowDemand MapModule::demand(const ShadowFit& fit) const {
     constexpr std::string_view kFaces[] = {"face +x", "face -x", "face +y", "face -y", "face +z", "face -z"};
-    return {_name, fit.shape == ShadowShape::CubeFace ? kFaces[fit.part % 6] : "", fit.mapSize, fit.filter.boundsBlock};
+    return {_name, fit.shape == ShadowShape::CubeFace ? kFaces[fit.part % 6] : "", fit.mapSize, boundsBlock(fit)};
 }
 
 gpu::GpuShadow MapModule::describe(const ShadowFit& fit, const glm::dvec3& eyeWorld) const {
@@ -121,8 +130,9 @@ gpu::GpuShadow MapModule::describe(const ShadowFit& fit, const glm::dvec3& eyeWo
         const glm::dvec4 corner(0.0, 0.0, 0.0, half);
         shadow.texelRowX = glm::vec4(rowOf(clipFromRelative, 0) * half + corner);
         shadow.texelRowY = glm::vec4(rowOf(clipFromRelative, 1) * half + corner);
-        shadow.depthRow = glm::vec4(rowOf(clipFromRelative, 2) +
-                                    glm::dvec4(0.0, 0.0, 0.0, perMetre * static_cast<double>(fit.constantBias) * longer));
+        shadow.depthRow =
+            glm::vec4(rowOf(clipFromRelative, 2) +
+                      glm::dvec4(0.0, 0.0, 0.0, perMetre * static_cast<double>(fit.constantBias) * longer));
         // The map's x and y are at right angles in every uniform fit: a side is its gradient by the squared length.
         shadow.offsetX = static_cast<float>(static_cast<double>(fit.normalOffset) * glm::dot(sideX, sideX));
         shadow.offsetY = static_cast<float>(static_cast<double>(fit.normalOffset) * glm::dot(sideY, sideY));
@@ -135,7 +145,7 @@ gpu::GpuShadow MapModule::describe(const ShadowFit& fit, const glm::dvec3& eyeWo
     shadow.shape = static_cast<std::uint32_t>(fit.shape);
     shadow.filterSamples = std::max(fit.filter.samplesPerRow, fit.filter.filterSamples);
     shadow.blockerSamples = fit.filter.blockerSamples;
-    shadow.boundsBlock = fit.filter.boundsBlock;
+    shadow.boundsBlock = boundsBlock(fit);
     return shadow;
 }
 
@@ -144,7 +154,7 @@ Result<void> MapModule::draw(const ShadowFit& fit, ShadowMaps& maps, std::uint32
     maps.begin(layer, fit, texels);
     auto drawn = painter.drawCasters({CasterStage::Projection::Matrix, fit.clipFromWorld, {}});
     maps.end();
-    if (!drawn || fit.filter.boundsBlock == 0) return drawn;
+    if (!drawn || boundsBlock(fit) == 0) return drawn;
     return maps.fillBounds(layer, fit, painter);
 }
 

@@ -18,6 +18,9 @@ class MapModule final : public ShadowModule {
                       ShadowPainter& painter) const override;
 
  private:
+    // Texels a side of the blocks whose bounds are worth having; 0: none asked for, or no filter fits into one.
+    std::uint32_t boundsBlock(const ShadowFit& fit) const;
+
     std::string_view _name;
     ShadowFeatureSet _features;
 };

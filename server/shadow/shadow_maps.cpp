@@ -61,20 +61,48 @@ Result<bool> ShadowMaps::reserve(std::uint32_t mapSize, std::uint32_t layers, st
     }
     _boundsBlock = boundsBlock;
     _mapSize = mapSize;
+    if (auto made = reserveTiles(); !made) return made.error();
     return true;
 }
 
+Result<void> ShadowMaps::reserveTiles() {
+    _tiles = {};
+    _tilesFramebuffer = {};
+    if (_boundsBlock == 0) return {};
+    GLuint texture = 0;
+    glCreateTextures(GL_TEXTURE_2D, 1, &texture);
+    _tiles = gl::Name<gl::deleteTexture>(texture);
+    const auto side = static_cast<GLsizei>(tilesAlong());
+    glTextureStorage2D(texture, 1, GL_RGBA32F, side, side);
+    glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    if (auto checked = gl::checkError("tiles of a shadow map"); !checked) return checked;
+    GLuint framebuffer = 0;
+    glCreateFramebuffers(1, &framebuffer);
+    _tilesFramebuffer = gl::Name<gl::deleteFramebuffer>(framebuffer);
+    glNamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, texture, 0);
+    if (glCheckNamedFramebufferStatus(framebuffer, GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+        return failure("OpenGL: the driver cannot draw into an RGBA32F texture");
+    return {};
+}
+
 Result<void> ShadowMaps::fillBounds(std::uint32_t layer, const ShadowFit& fit, ShadowPainter& painter) {
-    glBindFramebuffer(GL_FRAMEBUFFER, _boundsFramebuffers[layer].id());
-    const auto blocks = static_cast<GLsizei>((_mapSize + _boundsBlock - 1) / _boundsBlock);
-    glViewport(0, 0, blocks, blocks);
     glDisable(GL_SCISSOR_TEST);
     glDisable(GL_DEPTH_TEST);
     glDisable(GL_BLEND);
+    const auto tiles = static_cast<GLsizei>(tilesAlong());
+    glBindFramebuffer(GL_FRAMEBUFFER, _tilesFramebuffer.id());
+    glViewport(0, 0, tiles, tiles);
     glBindTextureUnit(0, _texture.id());
     auto filled =
-        painter.fill("stage/shadow_bounds.frag.glsl",
-                     {static_cast<int>(layer), static_cast<int>(_boundsBlock), static_cast<int>(fit.mapSize), 0});
+        painter.fill("stage/shadow_tiles.frag.glsl", {static_cast<int>(layer), 0, static_cast<int>(fit.mapSize), 0});
+    if (!filled) return filled;
+    const auto blocks = static_cast<GLsizei>((_mapSize + _boundsBlock - 1) / _boundsBlock);
+    glBindFramebuffer(GL_FRAMEBUFFER, _boundsFramebuffers[layer].id());
+    glViewport(0, 0, blocks, blocks);
+    glBindTextureUnit(0, _tiles.id());
+    filled = painter.fill("stage/shadow_bounds.frag.glsl",
+                          {0, static_cast<int>(_boundsBlock), static_cast<int>((fit.mapSize + 1) / 4 + 1), 0});
     glEnable(GL_SCISSOR_TEST);
     return filled;
 }
@@ -111,7 +139,8 @@ void ShadowMaps::end() {
 
 std::uint64_t ShadowMaps::bytes() const {
     const std::uint64_t blocks = _boundsBlock > 0 ? (_mapSize + _boundsBlock - 1) / _boundsBlock : 0;
-    return (std::uint64_t{_mapSize} * _mapSize * 4 + blocks * blocks * 16) * _framebuffers.size();
+    const std::uint64_t tiles = _boundsBlock > 0 ? tilesAlong() : 0;
+    return (std::uint64_t{_mapSize} * _mapSize * 4 + blocks * blocks * 16) * _framebuffers.size() + tiles * tiles * 16;
 }
 
 void ShadowMaps::bind(GLuint unit, GLuint boundsUnit) const {

@@ -12,12 +12,15 @@ namespace umbriel {
 
 class ShadowPainter;
 
+// Texels that a block of bounds holds beyond its stride, on each side; as in shaders/snippet/shadow_filter.glsl.
+inline constexpr float kBoundsMargin = 6.0f;
+
 // The depth maps of one view, a layer for each fit: D32F, reversed (1 nearest the light, 0 at the far
 // end and where nothing casts). Read by shaders/snippet/shadow.glsl.
 class ShadowMaps {
  public:
     // Makes room for that many maps, and bounds of their blocks of boundsBlock x boundsBlock texels
-    // (stage/shadow_bounds.frag.glsl) (0: none). True when maps drawn before are gone. Errors: the driver's limits, out
+    // (stage/shadow_bounds.frag.glsl; a multiple of 4) (0: none). True when maps drawn before are gone. Errors: the driver's limits, out
     // of memory.
     Result<bool> reserve(std::uint32_t mapSize, std::uint32_t layers, std::uint32_t boundsBlock);
 
@@ -35,6 +38,11 @@ class ShadowMaps {
  private:
     std::uint32_t _mapSize = 0;
     std::uint32_t _boundsBlock = 0;
+    std::uint32_t tilesAlong() const { return (_mapSize + 1) / 4 + 1; }
+    Result<void> reserveTiles();
+
+    gl::Name<gl::deleteTexture> _tiles;  // of one layer at a time, on the way to its bounds
+    gl::Name<gl::deleteFramebuffer> _tilesFramebuffer;
     gl::Name<gl::deleteTexture> _bounds;
     std::vector<gl::Name<gl::deleteFramebuffer>> _boundsFramebuffers;
     gl::Name<gl::deleteTexture> _texture;

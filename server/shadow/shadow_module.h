@@ -25,7 +25,8 @@ enum class ShadowFeature : std::uint32_t {
     SoftFilter,      // the same, with a search for blockers
     NearestBlocker,  // of those that the search finds, not their mean
     Bilinear,        // samples of filters are mixed from four texels
-    Bounds,          // filters read the bounds of blocks of texels first
+    Skip,            // filters take no samples where the outcome is known
+    Bounds,          // they read the bounds of blocks of texels first
     View,            // no maps: the view's own darkness images
     Count
 };

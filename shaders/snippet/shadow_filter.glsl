@@ -139,7 +139,7 @@ float filterSoft(sampler2DArray maps, sampler2DArray bounds, GpuShadow shadow, S
     // Without a blocker the place is lit.
     float outcome = known < 1.5 ? known : found == 0.0 ? 1.0 : 2.0;
     vec2 width = penumbraTexels(shadow, place, sum / max(found, 1.0));
-#ifdef FEATURE_SHADOW_BOUNDS
+#ifdef FEATURE_SHADOW_SKIP
     float soft = averageOver(maps, shadow, place, width, true, isHard ? 1.0 : outcome);
 #else
     // The plain loop, for comparison: every sample is taken.

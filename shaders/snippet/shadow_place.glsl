@@ -8,6 +8,7 @@ struct ShadowPlace {
     vec2 texel;      // in texels from the map's corner
     float stored;    // what the map would hold there for this surface: depths are reversed, nearer is larger
     vec2 slope;      // how that changes over the surface's plane, per texel
+    float depth;     // stored without the warp
     float distance;  // from the light along its axis, metres; of a directional light, from where maps begin
     vec2 texelMetres;   // the lengths of the texel's sides across the light
     bool isOn;       // false: beyond the map, where everything is lit
@@ -17,16 +18,41 @@ struct ShadowPlace {
 // changes so fast over texels that it would run through what stands on it.
 const float kLeastFacing = 0.1;
 
+#ifdef FEATURE_SHADOW_PERSPECTIVE
 // The place across the light of a point relative to shadow.origin, and the scale that texels grow with.
 vec3 acrossLight(GpuShadow shadow, vec3 fromOrigin, out float scale) {
     float axial = dot(fromOrigin, shadow.axisZ);
-#ifdef FEATURE_SHADOW_PERSPECTIVE
     scale = shadow.isPerspective > 0.5 ? max(-axial, 0.0) : 1.0;
-#else
-    scale = 1.0;
-#endif
     return fromOrigin - axial * shadow.axisZ;
 }
+
+// The sides of the texel at a place, metres across the light, world axes.
+void texelSides(GpuShadow shadow, vec3 relative, vec3 toLight, out vec3 sideX, out vec3 sideY) {
+    float scale;
+    vec3 across = acrossLight(shadow, relative - shadow.origin, scale);
+    sideX = shadow.texelX * scale;
+    sideY = shadow.texelY * scale;
+#ifdef FEATURE_SHADOW_WARP
+    // w over the scale is 1 / dot(unwarp, m).
+    float widening = (shadow.clipFromRelative * vec4(relative, 1.0)).w / max(scale, 1e-30);
+    sideX = (sideX - across * shadow.warpX) * widening;
+    sideY = (sideY - across * shadow.warpY) * widening;
+#endif
+}
+#else
+// The same of a parallel map: the inverse of how the map's coordinates change across the light, from the matrix that the
+// lookup loads anyway.
+void texelSides(GpuShadow shadow, vec3 relative, vec3 toLight, out vec3 sideX, out vec3 sideY) {
+    mat4 m = shadow.clipFromRelative;
+    vec4 clip = m * vec4(relative, 1.0);
+    vec3 rowW = vec3(m[0][3], m[1][3], m[2][3]);
+    vec3 alongX = vec3(m[0][0], m[1][0], m[2][0]) - (clip.x / clip.w) * rowW;
+    vec3 alongY = vec3(m[0][1], m[1][1], m[2][1]) - (clip.y / clip.w) * rowW;
+    float perTexel = 2.0 * clip.w / (shadow.mapSize * dot(toLight, cross(alongX, alongY)));
+    sideX = cross(alongY, toLight) * perTexel;
+    sideY = cross(toLight, alongX) * perTexel;
+}
+#endif
 
 float largestOf(vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
 
@@ -118,20 +144,19 @@ ShadowPlace placeOnShadowMap(GpuShadow shadow, vec3 relative, vec3 normal, vec3 
     return placeOnParallelMap(shadow, relative, facing);
 #else
     ShadowPlace place;
-    float scale;
-    vec3 across = acrossLight(shadow, relative - shadow.origin, scale);
-    vec3 sideX = shadow.texelX * scale;
-    vec3 sideY = shadow.texelY * scale;
-#ifdef FEATURE_SHADOW_WARP
-    // w over the scale is 1 / dot(unwarp, m).
-    float widening = (shadow.clipFromRelative * vec4(relative, 1.0)).w / max(scale, 1e-30);
-    sideX = (sideX - across * shadow.warpX) * widening;
-    sideY = (sideY - across * shadow.warpY) * widening;
-#endif
+    vec3 sideX;
+    vec3 sideY;
+    texelSides(shadow, relative, toLight, sideX, sideY);
     vec4 clip = shadow.clipFromRelative * vec4(movedByBiases(shadow, relative, facing, toLight, sideX, sideY), 1.0);
     vec3 mapped = clip.xyz / clip.w;
     place.texel = (mapped.xy * 0.5 + 0.5) * shadow.mapSize;
     place.stored = mapped.z;
+    // w over the scale, again, now of the moved place.
+#ifdef FEATURE_SHADOW_PERSPECTIVE
+    place.depth = mapped.z / dot(shadow.unwarp, vec3(mapped.xy, 1.0));
+#else
+    place.depth = clip.z;
+#endif
     // Written so that NaN is off the map.
     place.isOn = clip.w > 0.0 && all(greaterThanEqual(place.texel, vec2(0.0))) &&
                  all(lessThan(place.texel, vec2(shadow.mapSize)));
@@ -153,8 +178,7 @@ ShadowPlace placeOnShadowMap(GpuShadow shadow, vec3 relative, vec3 normal, vec3 
 float storedAtNearest(GpuShadow shadow, ShadowPlace place) {
 #ifdef FEATURE_SHADOW_WARP
     vec2 centre = (floor(place.texel) + 0.5) * (2.0 / shadow.mapSize) - 1.0;
-    vec2 exact = place.texel * (2.0 / shadow.mapSize) - 1.0;
-    return place.stored * dot(shadow.unwarp, vec3(centre, 1.0)) / dot(shadow.unwarp, vec3(exact, 1.0));
+    return place.depth * dot(shadow.unwarp, vec3(centre, 1.0));
 #else
     return place.stored;
 #endif
