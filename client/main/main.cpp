@@ -170,9 +170,17 @@ int main(int argc, char** argv) {
                "  umbriel doctor\n"
                "Exit codes: 0 done, 1 failed, 2 wrong usage or bad input.");
 
+    const auto addShow = [](CLI::App& command, SceneArguments& arguments) {
+        command
+            .add_option("--show", arguments.show,
+                        "how shadows are made in place of the picture: light-view, shadow-map, color-map, factor-map, "
+                        "edge-map, seen-area")
+            ->capture_default_str();
+    };
     RenderArguments render;
     CLI::App* renderCommand = app.add_subcommand("render", "draw one or more frames off screen into EXR or PNG files");
     addSceneOptions(*renderCommand, render.scene);
+    addShow(*renderCommand, render.scene);
     renderCommand->add_option("--out", render.out, "x.exr, x.hdr, x.png, a pattern such as x.%04d.exr, or a folder; repeatable")
         ->allow_extra_args(false);
     renderCommand->add_option("--layers", render.layers, "further EXR layers: depth,position,normal,ids,light");
@@ -210,6 +218,7 @@ int main(int argc, char** argv) {
     ViewArguments view;
     CLI::App* viewCommand = app.add_subcommand("view", "look at a scene in a window");
     addSceneOptions(*viewCommand, view.scene);
+    addShow(*viewCommand, view.scene);
     viewCommand->add_option("--frames", view.frames, "close after this many frames; 0: when the user closes the window")
         ->capture_default_str();
     viewCommand->footer("Example: umbriel view demo:car --shadow std\nDrag: orbit. Right drag or shift: pan. Wheel: distance. Space: stop and start the animation. Esc: close.");
