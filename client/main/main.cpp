@@ -12,6 +12,7 @@
 #include "client/app/hdr_command.h"
 #include "client/app/models_command.h"
 #include "client/app/render_command.h"
+#include "client/app/sheet_command.h"
 #include "client/app/trade_command.h"
 #include "client/app/view_command.h"
 #include "client/import/import_child.h"
@@ -234,6 +235,16 @@ int main(int argc, char** argv) {
     modelsCommand->add_flag("--json", models.json, "print JSON");
     modelsCommand->footer("Example: umbriel models demo:torus?n=20 --out models.png");
 
+    SheetArguments sheet;
+    CLI::App* sheetCommand = app.add_subcommand("sheet", "scenes under every shadow mode, on one picture");
+    addSceneOptions(*sheetCommand, sheet.scene);
+    sheetCommand->add_option("--also", sheet.also, "a further scene; repeatable")->allow_extra_args(false);
+    sheetCommand->add_option("--columns", sheet.columns, "pictures beside each other")->capture_default_str();
+    sheetCommand->add_option("--levels", sheet.levels, "of each colour channel; fewer make a smaller file")
+        ->capture_default_str();
+    sheetCommand->add_option("--out", sheet.out, "the picture, .png")->required();
+    sheetCommand->footer("Example: umbriel sheet demo:palms --also demo:city --out shadows.png");
+
     CompareOptions compare;
     std::string compareA, compareB, compareGrid;
     CLI::App* compareCommand = app.add_subcommand("compare", "measure how two pictures differ");
@@ -326,6 +337,11 @@ int main(int argc, char** argv) {
     if (*modelsCommand) {
         if (!setLogLevel(models.scene.logLevel)) return 2;
         return runModels(models, serverBesideThisProgram(), std::cout);
+    }
+    if (sheet.scene.quiet) sheet.scene.logLevel = "error";
+    if (*sheetCommand) {
+        if (!setLogLevel(sheet.scene.logLevel)) return 2;
+        return runSheet(sheet, serverBesideThisProgram());
     }
     if (*viewCommand) {
         if (!setLogLevel(view.scene.logLevel)) return 2;
