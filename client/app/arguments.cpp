@@ -282,6 +282,10 @@ Result<LightArgument> parseLight(std::string_view text) {
     return light;
 }
 
+std::string_view briefOf(ShadowMode mode) {
+    return kModes[static_cast<std::size_t>(mode)].brief;
+}
+
 std::string drawnModes() {
     std::string names;
     for (const ModeName& known : kModes)

@@ -68,6 +68,8 @@ Result<LightArgument> parseLight(std::string_view text);
 std::string drawnModes();
 // Short or enum name, as in "std" or "STD_SHADOW_MAP"; a mode this version does not draw is refused as such.
 Result<ShadowMode> parseShadowMode(std::string_view text);
+// "std" of STD_SHADOW_MAP.
+std::string_view briefOf(ShadowMode mode);
 // The short names of the modes this version draws, in the order of ShadowMode, "none" first.
 std::vector<std::string> drawnShadowModes();
 // "shadow-map" and the other names of ShadowShow.

@@ -222,7 +222,7 @@ int main(int argc, char** argv) {
     addShow(*viewCommand, view.scene);
     viewCommand->add_option("--frames", view.frames, "close after this many frames; 0: when the user closes the window")
         ->capture_default_str();
-    viewCommand->footer("Example: umbriel view demo:car --shadow std\nDrag: orbit. Right drag or shift: pan. Wheel: distance. Space: stop and start the animation. Esc: close.");
+    viewCommand->footer("Example: umbriel view demo:car --shadow std\nDrag: orbit. Right drag or shift: pan. Wheel: distance. Space: stop and start the animation. Tab: the shadows' panel: up and down choose a field, left and right step it, or type its value and Enter. Esc: close.");
 
     ModelsArguments models;
     models.scene.size = "320x240";
