@@ -282,6 +282,10 @@ Result<LightArgument> parseLight(std::string_view text) {
     return light;
 }
 
+std::string_view briefOf(ShadowMode mode) {
+    return kModes[static_cast<std::size_t>(mode)].brief;
+}
+
 std::string drawnModes() {
     std::string names;
     for (const ModeName& known : kModes)
@@ -297,6 +301,24 @@ Result<ShadowMode> parseShadowMode(std::string_view text) {
         return badInput(fmt::format("--shadow '{}': this version draws {} only", text, drawnModes()));
     }
     return badInput(fmt::format("--shadow '{}': unknown shadow mode; this version draws {}", text, drawnModes()));
+}
+
+namespace {
+constexpr std::array<std::string_view, kEnumCount<ShadowShow>> kShows = {
+    "picture", "light-view", "shadow-map", "color-map", "factor-map", "edge-map", "seen-area"};
+}  // namespace
+
+Result<ShadowShow> parseShow(std::string_view text) {
+    std::string names;
+    for (std::size_t i = 0; i < kShows.size(); ++i) {
+        if (text == kShows[i]) return static_cast<ShadowShow>(i);
+        names += (names.empty() ? "" : ", ") + std::string(kShows[i]);
+    }
+    return badInput(fmt::format("--show '{}': expected one of {}", text, names));
+}
+
+std::string_view nameOf(ShadowShow show) {
+    return kShows[static_cast<std::size_t>(show)];
 }
 
 std::vector<std::string> drawnShadowModes() {

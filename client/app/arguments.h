@@ -68,8 +68,13 @@ Result<LightArgument> parseLight(std::string_view text);
 std::string drawnModes();
 // Short or enum name, as in "std" or "STD_SHADOW_MAP"; a mode this version does not draw is refused as such.
 Result<ShadowMode> parseShadowMode(std::string_view text);
+// "std" of STD_SHADOW_MAP.
+std::string_view briefOf(ShadowMode mode);
 // The short names of the modes this version draws, in the order of ShadowMode, "none" first.
 std::vector<std::string> drawnShadowModes();
+// "shadow-map" and the other names of ShadowShow.
+Result<ShadowShow> parseShow(std::string_view text);
+std::string_view nameOf(ShadowShow show);
 // "name=host:port,host:port": ports 1 to 65535, [::1]:7420 for IPv6.
 // namesOnly: a NAME without an address is a server that dials this client.
 Result<std::vector<ServerAddress>> parseServers(std::string_view text, bool namesOnly = false);

@@ -199,6 +199,9 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
     }
     if (const auto illumination = checkIllumination(arguments, setup.stage); !illumination) return illumination.error();
     setup.stage.shadowSet = arguments.shadowSet;
+    const auto show = parseShow(arguments.show);
+    if (!show) return show.error();
+    setup.stage.show = *show;
     if (arguments.shadow != "auto") {
         const auto shadow = parseShadowMode(arguments.shadow);
         if (!shadow) return shadow.error();

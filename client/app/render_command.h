@@ -30,6 +30,7 @@ struct SceneArguments {
     std::optional<double> frameBudget;    // milliseconds
     std::uint32_t mapSize = 512;
     std::vector<std::string> shadowSet;   // FIELD=VALUE of the viewports
+    std::string show = "picture";         // a name of ShadowShow
     std::vector<std::string> lights;
     std::string background;               // r,g,b
     std::string fog;

@@ -176,6 +176,7 @@ Ref<Viewport> addViewport(Aspect& scene, const Stage& stage, const std::string& 
     edit.set<&Viewport::root>(stage.root);
     edit.set<&Viewport::camera>(camera);
     edit.set<&Viewport::shadowMode>(options.shadowMode);
+    edit.set<&Viewport::show>(options.show);
     edit.set<&Viewport::mapSize>(options.mapSize);
     if (stage.fog) edit.set<&Viewport::fog>(stage.fog);
     if (options.background) {

@@ -35,6 +35,7 @@ struct StageOptions {
     ShadowMode shadowMode = ShadowMode::None;
     std::uint32_t mapSize = 512;
     std::vector<std::string> shadowSet;   // FIELD=VALUE of the viewports
+    ShadowShow show = ShadowShow::Picture;
     std::optional<glm::vec3> background;  // linear; none: the environment, without one transparent black
     std::string environment;              // a panorama's file; empty: none
     std::string brdf;                      // a measured BRDF's file: every surface gets a fit to it; empty: none

@@ -8,6 +8,7 @@
 #include "client/app/frame_budget.h"
 #include "client/app/held_tiles.h"
 #include "client/app/orbit.h"
+#include "client/app/shadow_panel.h"
 #include "client/app/window.h"
 #include "client/session/animation_player.h"
 #include "client/session/views.h"
@@ -72,6 +73,16 @@ class CameraControl {
     Orbit _orbit;
 };
 
+void follow(const WindowInput& input, ShadowPanel& panel) {
+    if (input.panelToggled) panel.toggle();
+    if (!panel.isOpen()) return;
+    if (input.panelField != 0) panel.choose(input.panelField);
+    panel.step(input.panelSteps);
+    panel.type(input.typed);
+    if (input.erased) panel.erase();
+    if (input.entered) panel.set();
+}
+
 }  // namespace
 
 int runView(const ViewArguments& arguments, const std::filesystem::path& serverProgram) {
@@ -114,6 +125,7 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
     Playback playback(clock);
     AnimationPlayer player(scene, (*loaded)->loaded);
     std::optional<CameraControl> camera;
+    ShadowPanel panel(scene, stage.window, stage.viewport);
     HeldTiles held;
     TimePoint titleTime = clock.now();
     std::uint64_t titleFrames = 0;
@@ -132,9 +144,19 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
         const double time = playback.advance();
         player.advanceTo(time, scene);
         if (camera) camera->apply(input, setup->wall);
+        follow(input, panel);
+        panel.show();
         auto views = resolveViews(scene, stage.window, setup->wall);
+        if (!views && panel.isOpen()) {
+            panel.refuse(views.error().message);
+            panel.show();
+            views = resolveViews(scene, stage.window, setup->wall);
+        }
         if (!views) return exitCodeOf(views.error());
-        if (!camera && !views->views.views.empty()) camera.emplace(scene, stage, views->views.views.front());
+        // From the light's view no orbit can be made.
+        const bool isEye = scene.get(stage.viewport).show.get() != ShadowShow::LightView;
+        if (!camera && isEye && !views->views.views.empty())
+            camera.emplace(scene, stage, views->views.views.front());
         views->views.tiles = setup->tileMode;
         views->views.samples = setup->samples;
         auto report = (*cluster)->frame(scene, views->views, time, true);

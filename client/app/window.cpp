@@ -46,9 +46,21 @@ class GlfwDisplayWindow final : public DisplayWindow {
         glfwSetScrollCallback(window, [](GLFWwindow* w, double, double y) { self(w)._input.wheel += y; });
         glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) { self(w).pointerMoved(x, y); });
         glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int) {
+            if (action == GLFW_RELEASE) return;
+            WindowInput& input = self(w)._input;
+            if (key == GLFW_KEY_UP) --input.panelField;
+            if (key == GLFW_KEY_DOWN) ++input.panelField;
+            if (key == GLFW_KEY_LEFT) --input.panelSteps;
+            if (key == GLFW_KEY_RIGHT) ++input.panelSteps;
+            if (key == GLFW_KEY_BACKSPACE) input.erased = true;
             if (action != GLFW_PRESS) return;
+            if (key == GLFW_KEY_TAB) input.panelToggled = true;
+            if (key == GLFW_KEY_ENTER || key == GLFW_KEY_KP_ENTER) input.entered = true;
             if (key == GLFW_KEY_ESCAPE) glfwSetWindowShouldClose(w, GLFW_TRUE);
             if (key == GLFW_KEY_SPACE) self(w)._input.animationToggled = true;
+        });
+        glfwSetCharCallback(window, [](GLFWwindow* w, unsigned code) {
+            if (code < 128) self(w)._input.typed += static_cast<char>(code);
         });
         glfwGetCursorPos(window, &_pointerX, &_pointerY);
     }

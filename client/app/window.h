@@ -15,6 +15,12 @@ struct WindowInput {
     bool closed = false;
     bool resized = false;
     bool animationToggled = false;
+    bool panelToggled = false;
+    int panelField = 0;  // fields further down
+    int panelSteps = 0;  // of its value
+    std::string typed;   // characters, after which came:
+    bool erased = false;
+    bool entered = false;
     double orbitX = 0.0;  // pixels the pointer moved while orbiting, right and up
     double orbitY = 0.0;
     double panX = 0.0;    // and while panning

@@ -12,6 +12,7 @@
 #include "client/app/hdr_command.h"
 #include "client/app/models_command.h"
 #include "client/app/render_command.h"
+#include "client/app/sheet_command.h"
 #include "client/app/trade_command.h"
 #include "client/app/view_command.h"
 #include "client/import/import_child.h"
@@ -170,9 +171,17 @@ int main(int argc, char** argv) {
                "  umbriel doctor\n"
                "Exit codes: 0 done, 1 failed, 2 wrong usage or bad input.");
 
+    const auto addShow = [](CLI::App& command, SceneArguments& arguments) {
+        command
+            .add_option("--show", arguments.show,
+                        "how shadows are made in place of the picture: light-view, shadow-map, color-map, factor-map, "
+                        "edge-map, seen-area")
+            ->capture_default_str();
+    };
     RenderArguments render;
     CLI::App* renderCommand = app.add_subcommand("render", "draw one or more frames off screen into EXR or PNG files");
     addSceneOptions(*renderCommand, render.scene);
+    addShow(*renderCommand, render.scene);
     renderCommand->add_option("--out", render.out, "x.exr, x.hdr, x.png, a pattern such as x.%04d.exr, or a folder; repeatable")
         ->allow_extra_args(false);
     renderCommand->add_option("--layers", render.layers, "further EXR layers: depth,position,normal,ids,light");
@@ -210,9 +219,10 @@ int main(int argc, char** argv) {
     ViewArguments view;
     CLI::App* viewCommand = app.add_subcommand("view", "look at a scene in a window");
     addSceneOptions(*viewCommand, view.scene);
+    addShow(*viewCommand, view.scene);
     viewCommand->add_option("--frames", view.frames, "close after this many frames; 0: when the user closes the window")
         ->capture_default_str();
-    viewCommand->footer("Example: umbriel view demo:car --shadow std\nDrag: orbit. Right drag or shift: pan. Wheel: distance. Space: stop and start the animation. Esc: close.");
+    viewCommand->footer("Example: umbriel view demo:car --shadow std\nDrag: orbit. Right drag or shift: pan. Wheel: distance. Space: stop and start the animation. Tab: the shadows' panel: up and down choose a field, left and right step it, or type its value and Enter. Esc: close.");
 
     ModelsArguments models;
     models.scene.size = "320x240";
@@ -224,6 +234,16 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     modelsCommand->add_flag("--json", models.json, "print JSON");
     modelsCommand->footer("Example: umbriel models demo:torus?n=20 --out models.png");
+
+    SheetArguments sheet;
+    CLI::App* sheetCommand = app.add_subcommand("sheet", "scenes under every shadow mode, on one picture");
+    addSceneOptions(*sheetCommand, sheet.scene);
+    sheetCommand->add_option("--also", sheet.also, "a further scene; repeatable")->allow_extra_args(false);
+    sheetCommand->add_option("--columns", sheet.columns, "pictures beside each other")->capture_default_str();
+    sheetCommand->add_option("--levels", sheet.levels, "of each colour channel; fewer make a smaller file")
+        ->capture_default_str();
+    sheetCommand->add_option("--out", sheet.out, "the picture, .png")->required();
+    sheetCommand->footer("Example: umbriel sheet demo:palms --also demo:city --out shadows.png");
 
     CompareOptions compare;
     std::string compareA, compareB, compareGrid;
@@ -317,6 +337,11 @@ int main(int argc, char** argv) {
     if (*modelsCommand) {
         if (!setLogLevel(models.scene.logLevel)) return 2;
         return runModels(models, serverBesideThisProgram(), std::cout);
+    }
+    if (sheet.scene.quiet) sheet.scene.logLevel = "error";
+    if (*sheetCommand) {
+        if (!setLogLevel(sheet.scene.logLevel)) return 2;
+        return runSheet(sheet, serverBesideThisProgram());
     }
     if (*viewCommand) {
         if (!setLogLevel(view.scene.logLevel)) return 2;

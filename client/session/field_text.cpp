@@ -97,7 +97,53 @@ bool parse(ElementKind kind, std::string_view text, std::vector<std::byte>& byte
     }
 }
 
+template <class T>
+std::string textOf(const void* address, std::size_t count) {
+    const T* values = static_cast<const T*>(address);
+    std::string text;
+    for (std::size_t i = 0; i < count; ++i) text += fmt::format("{}{}", i > 0 ? "," : "", values[i]);
+    return text;
+}
+
 }  // namespace
+
+std::optional<std::string> fieldText(const Aspect& aspect, ContainerId id, std::string_view name) {
+    const Container* container = aspect.find(id);
+    if (!container) return std::nullopt;
+    for (const FieldDescriptor& field : container->type().fields) {
+        if (field.name != name || formOf(field).empty()) continue;
+        const void* address = field.address_(*container);
+        switch (field.kind) {
+            case ElementKind::Bool:
+                return *static_cast<const bool*>(address) ? "true" : "false";
+            case ElementKind::U8:
+                return std::to_string(*static_cast<const std::uint8_t*>(address));
+            case ElementKind::U16:
+                return textOf<std::uint16_t>(address, 1);
+            case ElementKind::U32:
+                return textOf<std::uint32_t>(address, 1);
+            case ElementKind::U64:
+                return textOf<std::uint64_t>(address, 1);
+            case ElementKind::I32:
+                return textOf<std::int32_t>(address, 1);
+            case ElementKind::F32:
+                return textOf<float>(address, 1);
+            case ElementKind::F64:
+                return textOf<double>(address, 1);
+            case ElementKind::Vec2:
+                return textOf<float>(address, 2);
+            case ElementKind::Vec3:
+                return textOf<float>(address, 3);
+            case ElementKind::Vec4:
+                return textOf<float>(address, 4);
+            case ElementKind::DVec3:
+                return textOf<double>(address, 3);
+            default:
+                return std::nullopt;
+        }
+    }
+    return std::nullopt;
+}
 
 bool hasField(const Aspect& aspect, ContainerId id, std::string_view name) {
     const Container* container = aspect.find(id);

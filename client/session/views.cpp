@@ -5,14 +5,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "client/session/camera.h"
+#include "client/session/light_view.h"
 #include "client/session/receiver_range.h"
 #include "client/session/shadow_fit.h"
 #include "client/session/shadow_plane.h"
 #include "common/scene/deformation.h"
 #include "common/wall/grid.h"
+#include "common/wall/shadow_show.h"
 
 namespace umbriel {
 
@@ -79,6 +82,32 @@ std::vector<std::string> openCasters(const Aspect& aspect, const Viewport& viewp
 void addOnce(std::vector<std::string>& messages, const std::vector<std::string>& more) {
     for (const std::string& message : more)
         if (std::find(messages.begin(), messages.end(), message) == messages.end()) messages.push_back(message);
+}
+
+// Puts what lights see in place of the views that show it. fits: by view, where they are not its own.
+void showLights(const Aspect& aspect, const std::map<std::size_t, std::vector<ShadowFit>>& fits,
+                ResolvedViews& result) {
+    std::vector<View> views;
+    for (std::size_t i = 0; i < result.views.views.size(); ++i) {
+        View& view = result.views.views[i];
+        const Viewport& viewport = *aspect.findAs<Viewport>(view.viewport);
+        if (const std::string why = cannotShow(viewport.show, view.fits); !why.empty())
+            addOnce(result.warnings, {"show: " + why});
+        std::vector<ShadowFit> parts;
+        if (viewport.show.get() == ShadowShow::LightView) {
+            const auto found = fits.find(i);
+            const std::vector<ShadowFit>& all = found == fits.end() ? view.fits : found->second;
+            const auto light = shownLight(all, viewport.showLight);
+            std::copy_if(all.begin(), all.end(), std::back_inserter(parts),
+                         [&](const ShadowFit& fit) { return fit.light == light; });
+        }
+        if (parts.empty()) {
+            views.push_back(std::move(view));
+            continue;
+        }
+        for (View& part : lightViews(view, parts)) views.push_back(std::move(part));
+    }
+    result.views.views = std::move(views);
 }
 
 }  // namespace
@@ -161,6 +190,7 @@ Result<ResolvedViews> resolveViews(const Aspect& aspect, Ref<Window> windowRef, 
         result.views.views.push_back(std::move(view));
     }
 
+    std::map<std::size_t, std::vector<ShadowFit>> shown;  // by view, where it is not the view's own fits
     for (const FitGroup& group : groups) {
         const Viewport& viewport = *group.viewport;
         const SceneFacts& facts = scenes.at(viewport.root.get());
@@ -185,8 +215,18 @@ Result<ResolvedViews> resolveViews(const Aspect& aspect, Ref<Window> windowRef, 
         if (request.tight) receivers = receiverRanges(partBounds(aspect, viewport.root, geometryBounds), seen);
         const ShadowFits fits = fitShadows(aspect, lights, facts.bounds, seen, request, receivers);
         addOnce(result.warnings, fits.messages);
-        for (std::size_t index : group.views) result.views.views[index].fits = fits.fits;
+        for (std::size_t index : group.views) {
+            result.views.views[index].fits = fits.fits;
+            ShadowFitRequest projective = request;
+            projective.mode = projectiveMode(request.mode);
+            if (aspect.findAs<Viewport>(result.views.views[index].viewport)->show.get() != ShadowShow::LightView ||
+                projective.mode == request.mode)
+                continue;
+            projective.map = ShadowMode::Standard;
+            shown[index] = fitShadows(aspect, lights, facts.bounds, seen, projective).fits;
+        }
     }
+    showLights(aspect, shown, result);
     geometryBounds.sweep();
     return result;
 }

@@ -22,6 +22,7 @@ ScreenShadow screenShadowOf(const Viewport& viewport) {
     result.factors = isOn && (viewport.screenSpace || viewport.foreignShading || result.radius > 0.0f ||
                               show == ShadowShow::FactorMap);
     result.edges = result.edgeThreshold > 0.0f && (result.radius > 0.0f || show == ShadowShow::EdgeMap);
+    result.surfaces = result.edges || show == ShadowShow::SeenArea;
     return result;
 }
 

@@ -16,6 +16,7 @@ inline constexpr float kLargestGauss = 32.0f;
 struct ScreenShadow {
     bool factors = false;        // there is such a map
     bool edges = false;          // and one of the edges
+    bool surfaces = false;       // where the visible surfaces lie and how they face is kept, for edges and seen areas
     float radius = 0.0f;         // pixels of the wall, of the filter; 0: none
     float edgeThreshold = 0.0f;  // share of the distance from the eye; 0: the filter knows no edges
     // How many pixels beyond a tile decide about it.

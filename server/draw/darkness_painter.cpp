@@ -158,7 +158,7 @@ Result<void> DarknessPainter::paintSurfaces(const Aspect& scene, const ViewScene
     std::uint32_t layers = 0;
     for (const ShadowFit* fit : view.lights.fits)
         if (shadowModule(fit->mode)->demand(*fit).positions) layers |= static_cast<std::uint32_t>(Layer::Position);
-    if (view.screen.edges)
+    if (view.screen.surfaces)
         layers |= static_cast<std::uint32_t>(Layer::Position) | static_cast<std::uint32_t>(Layer::Normal);
     _images.beginSurfaces();
     const gl::Program* current = nullptr;
@@ -169,7 +169,7 @@ Result<void> DarknessPainter::paintSurfaces(const Aspect& scene, const ViewScene
         if (*program != current) (*program)->use();
         current = *program;
         current->set(0, glm::mat4(item.relativeFromObject));
-        if (view.screen.edges) {
+        if (view.screen.surfaces) {
             current->set(1, item.normalFromObject);
             item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
         }

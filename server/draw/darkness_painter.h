@@ -43,6 +43,9 @@ class DarknessPainter {
     // Where filters stop. withSurfaces: neither of the above was painted before.
     Result<void> paintEdges(const Aspect& scene, const ViewScene& view, const DrawList& visible, bool withSurfaces,
                             const DrawEntries& drawEntries);
+    // What is visible: depth, and positions and normals where the view's settings want them.
+    Result<void> paintSurfaces(const Aspect& scene, const ViewScene& view, const DrawList& visible,
+                               const DrawEntries& drawEntries);
     // Filters all layers in place, after the edges when the view's filter has such.
     Result<void> filter(const ViewScene& view);
     const DarknessImages& images() const { return _images; }
@@ -61,8 +64,6 @@ class DarknessPainter {
         gl::VertexArray vertexArray;
         std::uint64_t lastUse = 0;
     };
-    Result<void> paintSurfaces(const Aspect& scene, const ViewScene& view, const DrawList& visible,
-                               const DrawEntries& drawEntries);
     void fill();
     Result<void> paintVolumes(const Aspect& scene, const ViewScene& view, const ShadowFit& fit, const Frustum& frustum,
                               const Frustum& wholeView);

@@ -93,6 +93,10 @@ const char* nameOf(PassKind kind) {
             return "edges";
         case PassKind::Gauss:
             return "gauss";
+        case PassKind::Seen:
+            return "seen";
+        case PassKind::Show:
+            return "show";
         case PassKind::Background:
             return "background";
         case PassKind::Surfaces:
@@ -163,7 +167,10 @@ class Planner {
                  fmt::format("{} geometries, {} vertices, {} joints, {} morph targets", deformed.geometries,
                              deformed.vertices, deformed.joints, deformed.morphTargets)});
         }
-        for (std::uint32_t i = 0; i < _demands.size(); ++i) planShadows(i);
+        for (std::uint32_t i = 0; i < _demands.size(); ++i) {
+            planShadows(i);
+            planSeen(i);
+        }
         addTarget("colour", "RGBA32F", work, 1, _views.samples, 16);
         addTarget("depth", "D32F", work, 1, _views.samples, 4);
         for (std::uint32_t i = 0; i < _demands.size(); ++i) planView(i);
@@ -171,9 +178,9 @@ class Planner {
         for (const auto& [view, count] : _darkLayers) layers = std::max(layers, count);
         addTarget("darkness", "R32F", layers > 0 ? work : PixelSize{}, layers, _views.samples, 4);
         const auto sizeIf = [&](bool needed) { return needed ? work : PixelSize{}; };
-        addTarget("darkness depth", "D32F", sizeIf(layers > 0 || _edges), 1, _views.samples, 4);
-        addTarget("darkness positions", "RGBA32F", sizeIf(_darkPositions || _edges), 1, _views.samples, 16);
-        addTarget("darkness normals", "RGBA16F", sizeIf(_edges), 1, _views.samples, 8);
+        addTarget("darkness depth", "D32F", sizeIf(layers > 0 || _surfaces), 1, _views.samples, 4);
+        addTarget("darkness positions", "RGBA32F", sizeIf(_darkPositions || _surfaces), 1, _views.samples, 16);
+        addTarget("darkness normals", "RGBA16F", sizeIf(_surfaces), 1, _views.samples, 8);
         addTarget("edges", "R8", sizeIf(_edges), 1, _views.samples, 1);
         addTarget("gauss", "R32F", sizeIf(_filter), 1, _views.samples, 4);
         if (_views.samples > 1)
@@ -258,6 +265,7 @@ class Planner {
             _darkLayers[view] = lights;
         }
         const std::uint32_t layers = _darkLayers[view];
+        _surfaces = _surfaces || screen.surfaces;
         if (screen.edges) {
             add({PassKind::Edges, view, layers > 0 ? 0u : 1u, 1, "edges",
                  fmt::format("beyond {} of the distance", screen.edgeThreshold)});
@@ -269,9 +277,27 @@ class Planner {
         _filter = true;
     }
 
+    // Drawn once a frame, over the whole wall.
+    void planSeen(std::uint32_t view) {
+        const ViewDemand& demand = _demands[view];
+        if (demand.show != ShadowShow::SeenArea || demand.shownTexels == 0) return;
+        const auto side = static_cast<std::int32_t>(demand.shownTexels);
+        add({PassKind::Seen, view, 0, 0, "seen", demand.shownLight});
+        addTarget(fmt::format("seen {}", view), "R8", {side, side}, demand.shownParts, 1, 1);
+    }
+
     void planView(std::uint32_t view) {
         const ViewDemand& demand = _demands[view];
         planDarkness(view);
+        if (isOverlay(demand.show)) {
+            constexpr const char* kShows[kEnumCount<ShadowShow>] = {
+                "picture", "light-view", "shadow-map", "color-map", "factor-map", "edge-map", "seen-area"};
+            add({PassKind::Show, view, 0, 0, "colour",
+                 fmt::format("{} {}", kShows[static_cast<std::uint32_t>(demand.show)], demand.shownLight)});
+            if (demand.foregrounds > 0)
+                add({PassKind::Foreground, view, 0, 0, "colour", fmt::format("{} items", demand.foregrounds)});
+            return;
+        }
         for (const auto& [features, count] : demand.surfaces) _plan.variants[features] += count;
         if (demand.background != BackgroundKind::None)
             add({PassKind::Background, view, 0, 0, "colour", nameOf(demand.background)});
@@ -319,6 +345,7 @@ class Planner {
     FramePlan _plan;
     std::map<std::uint32_t, std::uint32_t> _darkLayers;  // by view
     bool _darkPositions = false;
+    bool _surfaces = false;
     bool _edges = false;
     bool _filter = false;
 };

@@ -8,6 +8,7 @@
 
 #include "common/base/result.h"
 #include "common/wall/screen_shadow.h"
+#include "common/wall/shadow_show.h"
 #include "common/wall/view.h"
 #include "server/shadow/shadow_module.h"
 
@@ -108,10 +109,12 @@ std::string describe(FeatureSet set);
 enum class PassKind : std::uint32_t {
     Deform,
     ShadowMap,
+    Seen,
     Darkness,
     Factors,
     Edges,
     Gauss,
+    Show,
     Background,
     Surfaces,
     Blend,
@@ -148,6 +151,10 @@ struct ViewDemand {
     std::vector<Shadow> shadows;
     ScreenShadow screen;
     std::vector<std::string> darkLights;  // those with a shadow, by layer
+    ShadowShow show = ShadowShow::Picture;
+    std::string shownLight;  // whose shadow is shown
+    std::uint32_t shownParts = 0;
+    std::uint32_t shownTexels = 0;  // along each side of its map; 0: it has none
 };
 
 struct PlannedTarget {

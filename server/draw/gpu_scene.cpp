@@ -7,6 +7,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/log.h"
+#include "common/wall/shadow_show.h"
 #include "server/draw/reflection_models.h"
 
 namespace umbriel {
@@ -149,6 +150,17 @@ void setSides(const SurfaceItem& item) {
     glFrontFace(item.isMirrored ? GL_CW : GL_CCW);
 }
 
+ShownLight shownLightOf(const ViewScene& view) {
+    ShownLight shown;
+    if (!view.viewport) return shown;
+    const auto light = shownLight(view.view->fits, view.viewport->showLight);
+    for (std::uint32_t i = 0; light && i < view.lights.fits.size(); ++i) {
+        if (view.lights.fits[i]->light != *light) continue;
+        if (shown.parts++ == 0) shown.first = i;
+    }
+    return shown;
+}
+
 GpuScene::GpuScene(std::size_t textureBudgetBytes, int maxTextureSize)
     : _textures(textureBudgetBytes, maxTextureSize) {}
 
@@ -277,7 +289,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         const ShadingFrequency shading = geometry->shading;
         GpuGeometry::Needs needs;
         needs.keepOrder = has(materialFeatures, Feature::AlphaBlend);
-        needs.faceNormals = wantsLayers || result.screen.factors || result.screen.edges ||
+        needs.faceNormals = wantsLayers || result.screen.factors || result.screen.surfaces ||
                             (isLit && (has(run.features, Feature::Shadows) || geometry->normals.empty() ||
                                        shading == ShadingFrequency::FlatMean ||
                                        geometry->normals.size() != geometry->positions.size()));

@@ -40,6 +40,14 @@ struct SurfaceItem {
 // Which sides of an item are drawn, and which way they are wound.
 void setSides(const SurfaceItem& item);
 
+struct ViewScene;
+// The shadows of the light that the viewport shows something of: parts from `first` in LightList::fits on.
+struct ShownLight {
+    std::uint32_t first = 0;
+    std::uint32_t parts = 0;  // 0: no light has a shadow
+};
+ShownLight shownLightOf(const ViewScene& view);
+
 // Everything about one view that does not depend on the tile, so that all tiles draw the same in the same order.
 struct ViewScene {
     const View* view = nullptr;

@@ -55,6 +55,12 @@ ViewDemand demandOf(const Aspect& scene, const ViewScene& view) {
         demand.shadows.push_back(shadow);
     }
     demand.screen = view.screen;
+    demand.show = view.viewport->show;
+    if (const ShownLight shown = shownLightOf(view); shown.parts > 0) {
+        demand.shownLight = view.lights.names[view.lights.shadowLights[shown.first]];
+        demand.shownParts = shown.parts;
+        demand.shownTexels = view.lights.fits[shown.first]->mapSize;
+    }
     for (const std::uint32_t light : view.lights.darkLights) demand.darkLights.push_back(view.lights.names[light]);
     return demand;
 }
@@ -179,6 +185,7 @@ class SceneRenderer final : public Renderer {
         view.screen.factors = false;
         view.screen.radius = 0.0f;
         view.screen.edges = view.screen.edges && view.viewport && view.viewport->show.get() == ShadowShow::EdgeMap;
+        view.screen.surfaces = view.screen.edges;
         for (gpu::GpuLight& light : view.lights.lights) light.shadowIndex = -1;
     }
 
@@ -228,6 +235,8 @@ class SceneRenderer final : public Renderer {
             const auto layers = inView ? static_cast<std::uint32_t>(demand.darkLights.size()) : 0u;
             needs.layers = std::max(needs.layers, layers);
             needs.edges = needs.edges || demand.screen.edges;
+            needs.normals = needs.normals || demand.screen.surfaces;
+            needs.positions = needs.positions || demand.screen.surfaces;
             needs.filter = needs.filter || (demand.screen.radius > 0.0f && layers > 0);
         }
         needs.size = workSizeOf(views, apron);

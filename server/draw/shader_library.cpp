@@ -119,6 +119,10 @@ Result<const gl::Program*> ShaderLibrary::overView(const std::string& fragment,
     return find({"stage/screen.vert.glsl", fragment, ""}, withSamples(defines));
 }
 
+Result<const gl::Program*> ShaderLibrary::seen(FeatureSet features) {
+    return find({"stage/shadow_seen.vert.glsl", "stage/shadow_seen.frag.glsl"}, withSamples(definesOf(features)));
+}
+
 Result<const gl::Program*> ShaderLibrary::volume() {
     return find({"stage/volume.vert.glsl", "stage/volume.frag.glsl"}, {});
 }

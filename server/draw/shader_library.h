@@ -29,6 +29,8 @@ class ShaderLibrary {
     // A fragment stage over the whole viewport; one that reads the images that shadows are made in in the view.
     Result<const gl::Program*> screen(const std::string& fragment);
     Result<const gl::Program*> overView(const std::string& fragment, const std::vector<gl::ShaderDefine>& defines);
+    // Marks what of a map with these features is read.
+    Result<const gl::Program*> seen(FeatureSet features);
     Result<const gl::Program*> volume();
     // features: of the caster (SurfaceItem::casterFeatures).
     Result<const gl::Program*> planar(FeatureSet features);

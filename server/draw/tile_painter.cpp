@@ -26,6 +26,11 @@ bool isOfDarkness(PassKind kind) {
            kind == PassKind::Gauss;
 }
 
+bool isMapShown(const ViewScene& scene) {
+    const ShadowShow show = scene.viewport->show;
+    return show == ShadowShow::ShadowMap || show == ShadowShow::SeenArea;
+}
+
 // Relative to the viewport up to 1, pixels above.
 float placed(float value, std::int32_t origin, std::int32_t size) {
     return static_cast<float>(origin) + (value <= 1.0f ? value * static_cast<float>(size) : value);
@@ -411,6 +416,46 @@ Result<void> TilePainter::drawDarknessOf(const Aspect& scene, ViewPainting& pain
     return drawn;
 }
 
+Result<void> TilePainter::findSeen(const Aspect& scene, const WallViews& wall, const FramePlan& plan,
+                                   std::span<ViewPainting> views) {
+    const PixelSize work = workSizeOf(wall, plan.apron);
+    const bool whole = wall.tiles == TileMode::Exact;
+    const std::int32_t stepX = whole ? wall.wall.width : kBlockPixels;
+    const std::int32_t stepY = whole ? wall.wall.height : kBlockPixels;
+    for (const PlannedPass& pass : plan.passes) {
+        if (pass.kind != PassKind::Seen) continue;
+        ViewPainting painting = views[pass.view];
+        const PixelRect& region = painting.scene.view->region;
+        if (auto begun = _show.beginSeen(painting.scene); !begun) return begun;
+        for (std::int32_t y = 0; y < wall.wall.height; y += stepY)
+            for (std::int32_t x = 0; x < wall.wall.width; x += stepX) {
+                const std::int32_t apron = whole ? 0 : plan.apron;
+                const PixelRect block{x - apron, y - apron, work.width, work.height};
+                painting.block = intersect(block, region);
+                painting.area = intersect(
+                    {x, y, std::min(stepX, wall.wall.width - x), std::min(stepY, wall.wall.height - y)}, region);
+                if (painting.area.empty()) continue;
+                _targets.beginPart(0, {x, y, 0, 0}, block, 0);
+                painting.visible =
+                    listVisible(painting.scene, tileFrustum(*painting.scene.view, painting.area, kMarginPixels));
+                bindBuffers(pass.view, painting);
+                bindView(painting);
+                auto painted = _darkness.paintSurfaces(scene, painting.scene, painting.visible, darknessEntries(painting));
+                if (!painted) return painted;
+                const glm::ivec2 origin = _targets.wallOrigin();
+                const PixelRect inWork{painting.area.x - origin.x, painting.area.y - origin.y, painting.area.width,
+                                       painting.area.height};
+                if (auto added = _show.addSeen(painting.scene, _darkness.images(), inWork); !added) return added;
+            }
+        _show.endSeen();
+    }
+    return {};
+}
+
+Result<void> TilePainter::drawShow(const ViewPainting& painting) {
+    return _show.show(painting.scene, _darkness.images());
+}
+
 Result<void> TilePainter::drawBackground(const Aspect& scene, ViewPainting& painting) {
     const ContainerId id = painting.scene.viewport->background.get().id;
     const ImageBackground* image = scene.findAs<ImageBackground>(id);
@@ -520,6 +565,8 @@ Result<void> TilePainter::paint(const Aspect& scene, const WallViews& wall, cons
         views[i].area = shown ? intersect(pixels, views[i].scene.view->region) : PixelRect{};
     }
     if (auto painted = paintShadows(scene, plan, views, pixels); !painted) return painted;
+    if (tileIndex == 0 && plan.hasPass(PassKind::Seen))
+        if (auto found = findSeen(scene, wall, plan, views); !found) return found;
     const PixelSize work = workSizeOf(wall, plan.apron);
     const bool whole = wall.tiles == TileMode::Exact;
     const std::int32_t apron = whole ? 0 : plan.apron;
@@ -549,7 +596,9 @@ Result<void> TilePainter::paintShadows(const Aspect& scene, const FramePlan& pla
         bool anyOpen = false;
         for (std::uint32_t shadow = 0; shadow < painting.scene.lights.fits.size(); ++shadow) {
             painting.masks.emplace_back(*painting.scene.lights.fits[shadow], view.eyeWorld);
-            if (isKept(painting, shadow) && painting.shadowMaps->drawn[shadow].mask->isEverything())
+            // What is shown is all of the map, not what this tile reads of it.
+            if (isMapShown(painting.scene) ||
+                (isKept(painting, shadow) && painting.shadowMaps->drawn[shadow].mask->isEverything()))
                 painting.masks.back().markEverything();
             else
                 anyOpen = true;
@@ -562,6 +611,18 @@ Result<void> TilePainter::paintShadows(const Aspect& scene, const FramePlan& pla
         if (auto drawn = drawShadowMap(scene, views[pass.view], pass.first); !drawn) return drawn;
     }
     return {};
+}
+
+void TilePainter::bindBuffers(std::uint32_t view, const ViewPainting& painting) {
+    const LightBuffers& lights = _lightBuffers[view];
+    _lights = &lights;
+    lights.lights.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 0);
+    lights.indices.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 1);
+    lights.shadows.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 2);
+    if (lights.webs.buffer()) lights.webs.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 5);
+    if (painting.shadowMaps)
+        painting.shadowMaps->maps.bind(static_cast<GLuint>(TextureUnit::ShadowMaps),
+                                       static_cast<GLuint>(TextureUnit::ShadowBounds));
 }
 
 Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, const FramePlan& plan,
@@ -582,19 +643,12 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
     }
     std::size_t current = SIZE_MAX;  // the view whose colours are being drawn
     for (const PlannedPass& pass : plan.passes) {
-        if (pass.kind == PassKind::Deform || pass.kind == PassKind::ShadowMap || pass.kind == PassKind::Resolve)
+        if (pass.kind == PassKind::Deform || pass.kind == PassKind::ShadowMap || pass.kind == PassKind::Seen ||
+            pass.kind == PassKind::Resolve)
             continue;
         ViewPainting& painting = views[pass.view];
         if (painting.area.empty()) continue;
-        const LightBuffers& lights = _lightBuffers[pass.view];
-        _lights = &lights;
-        lights.lights.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 0);
-        lights.indices.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 1);
-        lights.shadows.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 2);
-        if (lights.webs.buffer()) lights.webs.buffer().bindBase(GL_SHADER_STORAGE_BUFFER, 5);
-        if (painting.shadowMaps)
-            painting.shadowMaps->maps.bind(static_cast<GLuint>(TextureUnit::ShadowMaps),
-                                           static_cast<GLuint>(TextureUnit::ShadowBounds));
+        bindBuffers(pass.view, painting);
         if (pass.kind != PassKind::Layers) {
             _targets.bindColour();
             bindView(painting);
@@ -612,6 +666,9 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
             case PassKind::Gauss:
                 done = drawDarkness(scene, painting, pass);
                 _darkness.bind();
+                break;
+            case PassKind::Show:
+                done = drawShow(painting);
                 break;
             case PassKind::Background:
                 done = drawBackground(scene, painting);
@@ -639,6 +696,7 @@ Result<void> TilePainter::paintPart(const Aspect& scene, const WallViews& wall, 
                 break;
             case PassKind::Deform:
             case PassKind::ShadowMap:
+            case PassKind::Seen:
             case PassKind::Resolve:
                 break;
         }

@@ -11,6 +11,7 @@
 #include "server/draw/frame_plan.h"
 #include "server/draw/gpu_scene.h"
 #include "server/draw/shader_library.h"
+#include "server/draw/show_painter.h"
 #include "server/draw/text_font.h"
 #include "server/draw/tile_target.h"
 #include "server/draw/vertex_table.h"
@@ -91,6 +92,12 @@ class TilePainter {
                                   const PixelRect& area);
     // The same for one blended entry alone, and back to where surfaces are drawn.
     Result<void> drawDarknessOf(const Aspect& scene, ViewPainting& painting, const DrawList::Entry& entry);
+    // What of a map the whole wall reads, for the views that show it; once a frame.
+    Result<void> findSeen(const Aspect& scene, const WallViews& wall, const FramePlan& plan,
+                          std::span<ViewPainting> views);
+    // In place of the scene.
+    Result<void> drawShow(const ViewPainting& painting);
+    void bindBuffers(std::uint32_t view, const ViewPainting& painting);
     Result<void> drawBackground(const Aspect& scene, ViewPainting& view);
     Result<void> drawForegrounds(const Aspect& scene, ViewPainting& view);
     // Opaque or blended items into the colour image.
@@ -118,6 +125,7 @@ class TilePainter {
     ShaderLibrary& _shaders;
     TileTargets& _targets;
     DarknessPainter _darkness{_gpuScene, _shaders};
+    ShowPainter _show{_shaders};
     glm::ivec2 _viewportLimit;
     Counts _counts;
     gl::VertexArray _noVertices;

@@ -79,11 +79,9 @@ Result<void> DarknessImages::reserve(const Needs& needs) {
     glCreateRenderbuffers(1, &id);
     _depth = gl::Name<gl::deleteRenderbuffer>(id);
     glNamedRenderbufferStorageMultisample(id, isPlain ? 0 : count, GL_DEPTH_COMPONENT32F, size.width, size.height);
-    if (needs.positions || needs.edges) _positions = image(GL_RGBA32F);
-    if (needs.edges) {
-        _normals = image(GL_RGBA16F);
-        _edges = image(GL_R8);
-    }
+    if (needs.positions) _positions = image(GL_RGBA32F);
+    if (needs.normals) _normals = image(GL_RGBA16F);
+    if (needs.edges) _edges = image(GL_R8);
     if (needs.filter) _between = image(GL_R32F);
     const auto what = fmt::format("darkness of {} lights, {}x{} pixels, {} sample(s)", needs.layers, size.width,
                                   size.height, needs.samples);

@@ -22,9 +22,10 @@ class DarknessImages {
         std::uint32_t samples = 1;
         std::uint32_t layers = 0;
         bool positions = false;  // beside depth, where the surfaces lie
-        bool edges = false;      // and which way they face; with an image of the edges between them. Has positions, too
+        bool normals = false;    // and which way they face
+        bool edges = false;      // an image of the edges between them
         bool filter = false;     // an image between the two directions of a filter
-        bool any() const { return layers > 0 || edges; }
+        bool any() const { return layers > 0 || normals; }
         friend bool operator==(const Needs&, const Needs&) = default;
     };
     // Nothing needed: gives everything back. Errors: the driver's limits, out of memory.

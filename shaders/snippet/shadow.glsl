@@ -1,4 +1,5 @@
 #include "structs/shadow.glsl"
+#include "snippet/light_part.glsl"
 #include "snippet/shadow_nearest.glsl"
 #include "snippet/shadow_filter.glsl"
 
@@ -39,20 +40,14 @@ float shadowFactor_map(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
 }
 
 #ifdef FEATURE_SHADOW_CUBE
-// The face by the largest component; ties go to x, then y.
 float shadowFactor_cube(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
-    vec3 d = relative - shadowAt(shadow).origin;
-    vec3 a = abs(d);
-    uint face = a.x >= a.y && a.x >= a.z ? (d.x >= 0.0 ? 0u : 1u)
-                : a.y >= a.z             ? (d.y >= 0.0 ? 2u : 3u)
-                                         : (d.z >= 0.0 ? 4u : 5u);
-    return shadowFactor_map(shadow + face, relative, normal, toLight);
+    return shadowFactor_map(shadow + cubeFaceOf(relative - shadowAt(shadow).origin), relative, normal, toLight);
 }
 #endif
 
 #ifdef FEATURE_SHADOW_HEMISPHERES
 float shadowFactor_hemispheres(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
-    uint half_ = dot(relative - shadowAt(shadow).origin, shadowAt(shadow).axisZ) <= 0.0 ? 0u : 1u;
+    uint half_ = hemisphereOf(relative - shadowAt(shadow).origin, shadowAt(shadow).axisZ);
     return shadowFactor_map(shadow + half_, relative, normal, toLight);
 }
 #endif

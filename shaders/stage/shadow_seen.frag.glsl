@@ -1,0 +1,3 @@
+layout(location = 0) out float seenOut;
+
+void main() { seenOut = 1.0; }
