@@ -86,8 +86,8 @@ enum class Feature : std::uint32_t {
 };
 inline constexpr std::uint32_t kFeatureCount = static_cast<std::uint32_t>(Feature::Count);
 
-using FeatureSet = std::uint64_t;  // a bit each, in the order of the enumeration
-static_assert(kFeatureCount <= 64);
+__extension__ using FeatureSet = unsigned __int128;  // a bit each, in the order of the enumeration
+static_assert(kFeatureCount <= 128);
 constexpr FeatureSet bit(Feature feature) {
     return FeatureSet{1} << static_cast<std::uint32_t>(feature);
 }

@@ -5,6 +5,7 @@
 #include <functional>
 #include <tuple>
 
+#include "common/base/assert.h"
 #include "common/base/hash.h"
 #include "common/base/log.h"
 #include "common/wall/shadow_show.h"
@@ -117,14 +118,16 @@ int depthBucketOf(double distance) {
 struct Caster {
     std::uint64_t node = 0;
     std::uint64_t content = 0;  // counts what the geometry sent to the GPU
-    std::uint64_t features = 0;
+    std::uint64_t features = 0;  // those of its texture's holes, which are among the first 64
     std::uint64_t revision = 0;
     glm::dmat4 worldFromObject{0.0};
 };
 static_assert(sizeof(Caster) == 4 * 8 + 16 * 8);
 
 Caster casterOf(const SurfaceItem& item) {
-    return {item.node.value, item.geometry->uploadedBytes(), item.casterFeatures, 0, item.worldFromObject};
+    UMBRIEL_ASSERT((item.casterFeatures >> 64) == 0, "holes of casters are among the first 64 features");
+    return {item.node.value, item.geometry->uploadedBytes(), static_cast<std::uint64_t>(item.casterFeatures), 0,
+            item.worldFromObject};
 }
 
 glm::mat3 normalMatrix(const glm::dmat3& linear) {
