@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -29,11 +30,17 @@ std::vector<std::string> wordsOf(const std::string& text) {
     return words;
 }
 
-// What one text has beyond the other.
+// "1-light" to "4-lights": how lights come to a shader, beside what they are.
+bool countsLights(const std::string& word) {
+    return word.size() > 2 && std::isdigit(static_cast<unsigned char>(word[0])) && word[1] == '-';
+}
+
+// What one text has beyond the other; not how many lights.
 std::vector<std::string> added(const std::string& to, const std::string& from) {
     std::vector<std::string> difference;
     const auto a = wordsOf(to), b = wordsOf(from);
     std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(difference));
+    std::erase_if(difference, countsLights);
     return difference;
 }
 
