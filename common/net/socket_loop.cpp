@@ -39,6 +39,10 @@ constexpr std::size_t kBytesPerTurn = 128 * 1024;
 constexpr auto kLinger = std::chrono::seconds(1);
 // Unacknowledged data for this long means the peer's machine or the way to it is gone.
 constexpr unsigned kUserTimeoutMilliseconds = 2000;
+// A thread whose wait is over mostly waits again soon, when frames are short: until then nobody need listen.
+constexpr auto kBackSoon = std::chrono::microseconds(250);
+// Who waits for longer than this has frames that are not short.
+constexpr auto kShortWait = std::chrono::milliseconds(4);
 // What else epoll knows; connections count from 1.
 constexpr std::uint64_t kEvent = 0;
 constexpr std::uint64_t kTimer = ~std::uint64_t{0};
@@ -129,35 +133,54 @@ SocketLoop::~SocketLoop() {
 }
 
 void SocketLoop::run() {
+    askForShortSlices();
+    std::unique_lock lock(_mutex);
+    while (!_stopped) {
+        if (_helper || _clock.now() < _helped + kBackSoon)
+            rest(lock);
+        else
+            listen(lock, Duration::max());
+    }
+}
+
+void SocketLoop::rest(std::unique_lock<std::mutex>& lock) {
+    if (!_helper) {
+        _resting.wait_until(lock, _helped + kBackSoon);
+    } else if (_clock.now() < _helpsSince + kShortWait) {
+        // Being called would cost every short frame a wake.
+        _resting.wait_for(lock, kShortWait);
+    } else {
+        _callWhenHelperLeaves = true;
+        _resting.wait(lock, [&] { return !_callWhenHelperLeaves; });
+    }
+}
+
+void SocketLoop::listen(std::unique_lock<std::mutex>& lock, Duration limit) {
     std::array<epoll_event, kEventsPerWait> events;
     std::array<std::pair<Id, std::uint32_t>, kEventsPerWait> ready;
-    int count = 0;
-    // All that had come by then is at hand.
-    std::optional<TimePoint> listenedUntil;
-    askForShortSlices();
-    for (;;) {
-        bool met = false;
-        bool due = false;
-        {
-            const std::lock_guard lock(_mutex);
-            if (_stopped) return;
-            _now = _clock.now();
-            serve(std::span(ready).first(static_cast<std::size_t>(count)), listenedUntil);
-            due = _now >= std::min(_endpoint.deadline(), _closeDue);
-            arm();
-            met = anyMet();
-        }
-        // Without the lock that the other thread needs.
-        if (met) _awaited.notify_all();
-        // Whoever is held to be silent must have been listened to: this thread may have waited for a processor or for
-        // the lock since it was told of what there was to read.
-        listenedUntil.reset();
-        const TimePoint before = due ? _clock.now() : TimePoint();
-        count = std::max(::epoll_wait(_epoll, events.data(), kEventsPerWait, due ? 0 : -1), 0);
-        if (due && count < kEventsPerWait) listenedUntil = before;
-        for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
-            ready[i] = {Id{events[i].data.u64}, std::uint32_t{events[i].events}};
-    }
+    // Whoever is held to be silent must have been listened to: this thread may have waited for a processor or for the
+    // lock since it was told of what there was to read. All that had come before this moment will be at hand.
+    const TimePoint before = _clock.now();
+    const bool due = before >= std::min(_endpoint.deadline(), _closeDue);
+    // Rounded up: who waits until then does not come back before.
+    const auto patience = std::chrono::ceil<std::chrono::milliseconds>(std::min<Duration>(limit, std::chrono::hours(1)));
+    const int timeout = due || _turnDue ? 0 : limit == Duration::max() ? -1 : static_cast<int>(patience.count());
+    _listening = true;
+    lock.unlock();
+    const int found = ::epoll_wait(_epoll, events.data(), kEventsPerWait, timeout);
+    lock.lock();
+    _listening = false;
+    if (_stopped) return;
+    const auto count = static_cast<std::size_t>(std::max(found, 0));
+    for (std::size_t i = 0; i < count; ++i) ready[i] = {Id{events[i].data.u64}, std::uint32_t{events[i].events}};
+    _now = _clock.now();
+    serve(std::span(ready).first(count), due && count < kEventsPerWait ? std::optional(before) : std::nullopt);
+    arm();
+    if (!anyMet()) return;
+    // Without the lock that the other thread needs.
+    lock.unlock();
+    _awaited.notify_all();
+    lock.lock();
 }
 
 // One turn for all that has come by now: the answers of many servers are handled together.
@@ -301,7 +324,12 @@ bool SocketLoop::carryOut() {
 }
 
 bool SocketLoop::anyMet() {
-    return std::erase_if(_waiting, [](Waiting* one) { return one->met = one->condition(); }) > 0;
+    const auto met = std::erase_if(_waiting, [](Waiting* one) { return one->met = one->condition(); });
+    if (met == 0) return false;
+    _helped = _now;
+    const bool helper = _helper && _helper->met;
+    if (helper && _listening) wake();
+    return met > (helper ? 1 : 0);
 }
 
 // The timer is only ever moved forward: deadlines are mostly put off before they are reached, and one that comes too
@@ -330,10 +358,9 @@ void SocketLoop::stop() {
 }
 
 void SocketLoop::post(std::function<void()> function) {
-    {
-        const std::lock_guard lock(_postMutex);
-        _posted.push_back(std::move(function));
-    }
+    // Told under the lock: what was posted may end the loop.
+    const std::lock_guard lock(_postMutex);
+    _posted.push_back(std::move(function));
     wake();
 }
 
@@ -366,9 +393,21 @@ void SocketLoop::enter(const std::function<void()>& function) {
 bool SocketLoop::wait(const std::function<bool()>& condition, Duration limit) {
     std::unique_lock lock(_mutex);
     if (condition()) return true;
+    const TimePoint start = _clock.now();
+    const TimePoint end = limit < TimePoint::max() - start ? start + limit : TimePoint::max();
     Waiting mine{condition};
     _waiting.push_back(&mine);
-    _awaited.wait_for(lock, limit, [&] { return mine.met; });
+    if (!_listening && !_helper) {
+        _helper = &mine;
+        _helpsSince = start;
+        for (TimePoint now = start; !mine.met && !_stopped && now < end; now = _clock.now())
+            listen(lock, end == TimePoint::max() ? Duration::max() : end - now);
+        _helper = nullptr;
+        _helped = _clock.now();
+        if (std::exchange(_callWhenHelperLeaves, false)) _resting.notify_one();
+    }
+    const auto met = [&] { return mine.met; };
+    end == TimePoint::max() ? _awaited.wait(lock, met) : void(_awaited.wait_until(lock, end, met));
     if (mine.met) return true;
     std::erase(_waiting, &mine);
     return false;

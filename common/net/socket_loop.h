@@ -20,7 +20,8 @@ namespace umbriel::net {
 
 // Reads and writes an endpoint's connected sockets, with epoll: what a frame's messages pass. The floor is a system
 // call for each message, and with dozens of servers on a machine every further call, and every line of code in between,
-// is cold when its process wakes; Asio's scheduler took as long as all of the protocol.
+// is cold when its process wakes; Asio's scheduler took as long as all of the protocol. For the same reason a thread that
+// waits for something listens itself meanwhile, where it can, instead of being woken by the thread in run().
 class SocketLoop {
  public:
     // dial: what becomes of a Dial action; answered by adopt() or dialFailed(). Called inside the loop: it must not
@@ -55,6 +56,16 @@ class SocketLoop {
         TimePoint closeAt = TimePoint::max();
     };
 
+    // Of a thread in wait().
+    struct Waiting {
+        const std::function<bool()>& condition;
+        bool met = false;
+    };
+
+    // Waits for what comes, for so long at most, and handles it. One thread at a time; the lock is held before and after.
+    void listen(std::unique_lock<std::mutex>& lock, Duration limit);
+    // While a thread in wait() listens, or may soon do so again.
+    void rest(std::unique_lock<std::mutex>& lock);
     void serve(std::span<const std::pair<Id, std::uint32_t>> ready, std::optional<TimePoint> listenedUntil);
     void read(Id id, bool ended);
     void write(Id id);
@@ -63,7 +74,7 @@ class SocketLoop {
     void reached(TimePoint time);
     bool collectActions();
     bool carryOut();
-    // Whether some thread's wait is over.
+    // Finds out whose wait is over. Returns whether one of them is to be notified; one that listens is woken.
     bool anyMet();
     void wake();
     void runPosted();
@@ -80,12 +91,13 @@ class SocketLoop {
     // Held by whoever asks the endpoint, or touches what follows.
     std::mutex _mutex;
     std::condition_variable _awaited;
-    // Of a thread in wait().
-    struct Waiting {
-        const std::function<bool()>& condition;
-        bool met = false;
-    };
     std::vector<Waiting*> _waiting;
+    bool _listening = false;            // some thread is in listen()
+    Waiting* _helper = nullptr;         // one that listens until its wait is over
+    TimePoint _helpsSince = TimePoint();
+    TimePoint _helped = TimePoint();    // when a wait was over last
+    bool _callWhenHelperLeaves = false;
+    std::condition_variable _resting;   // the thread in run()
     SteadyClock _clock;
     TimePoint _now{};  // when the loop was entered last: time stands still inside
     TimePoint _armedFor = TimePoint::max();

@@ -10,28 +10,31 @@
 namespace umbriel {
 
 bool DrawQueue::push(Entry entry) {
-    // Told under the lock: once it is free, the one that is told to stop may end the queue.
     const std::lock_guard lock(_mutex);
     if (_entries.size() >= kLimit) return false;
     _entries.push_back(std::move(entry));
-    _filled.notify_one();
     return true;
 }
 
-DrawQueue::Entry DrawQueue::pop() {
-    std::unique_lock lock(_mutex);
-    _filled.wait(lock, [&] { return !_entries.empty(); });
-    Entry entry = std::move(_entries.front());
+std::optional<DrawQueue::Entry> DrawQueue::pop() {
+    const std::lock_guard lock(_mutex);
+    if (_entries.empty()) return std::nullopt;
+    std::optional<Entry> entry(std::move(_entries.front()));
     _entries.pop_front();
     return entry;
 }
 
-DrawThread::DrawThread(const TypeRegistry& types, Renderer& renderer, DrawQueue& queue, Answer answer)
-    : _scene(types, _ids), _renderer(renderer), _queue(queue), _answer(std::move(answer)) {}
+bool DrawQueue::empty() const {
+    const std::lock_guard lock(_mutex);
+    return _entries.empty();
+}
+
+DrawThread::DrawThread(const TypeRegistry& types, Renderer& renderer, Next next, Answer answer)
+    : _scene(types, _ids), _renderer(renderer), _next(std::move(next)), _answer(std::move(answer)) {}
 
 void DrawThread::run() {
     while (!_stopped) {
-        DrawQueue::Entry entry = _queue.pop();
+        DrawQueue::Entry entry = _next();
         std::visit([&](auto& task) { perform(entry.session, task); }, entry.task);
     }
 }

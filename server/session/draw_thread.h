@@ -1,6 +1,5 @@
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -85,12 +84,12 @@ class DrawQueue {
 
     // False when the queue is full. From any thread.
     bool push(Entry entry);
-    // Waits for the next task.
-    Entry pop();
+    // Nothing when it is empty. From any thread.
+    std::optional<Entry> pop();
+    bool empty() const;
 
  private:
-    std::mutex _mutex;
-    std::condition_variable _filled;
+    mutable std::mutex _mutex;
     std::deque<Entry> _entries;
 };
 
@@ -98,9 +97,11 @@ class DrawQueue {
 // that has the renderer's context.
 class DrawThread {
  public:
+    // Waits for the next task.
+    using Next = std::function<DrawQueue::Entry()>;
     using Answer = std::function<void(std::uint64_t session, DrawResult result)>;
 
-    DrawThread(const TypeRegistry& types, Renderer& renderer, DrawQueue& queue, Answer answer);
+    DrawThread(const TypeRegistry& types, Renderer& renderer, Next next, Answer answer);
     // Works until a Stop task.
     void run();
 
@@ -117,7 +118,7 @@ class DrawThread {
     Aspect _scene;
     StateDigest _digest;
     Renderer& _renderer;
-    DrawQueue& _queue;
+    Next _next;
     Answer _answer;
     std::vector<TileAssignment> _tiles;
     WallViews _views;

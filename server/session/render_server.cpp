@@ -26,8 +26,13 @@ namespace event = protocol::server_event;
 
 namespace {
 
+// A client that does not run for a while, on a machine that is busy, has lost nothing: what was said to it lies in its
+// sockets. Whether its machine is still there is TCP's to find out.
+constexpr auto kStoppedClient = std::chrono::seconds(10);
+
 protocol::ServerNodeOptions nodeOptions(const RenderServerOptions& options, const TypeRegistry& types) {
     protocol::ServerNodeOptions node;
+    node.link.heartbeatLoss = kStoppedClient;
     node.identity.name = options.name;
     node.identity.build = options.build;
     node.identity.typeSignature = types.signature();
@@ -44,7 +49,7 @@ protocol::ServerNodeOptions nodeOptions(const RenderServerOptions& options, cons
 
 }  // namespace
 
-// Everything here is touched inside the pump only, mostly by the network thread; the queue apart.
+// Everything here is touched inside the pump only, by the network thread or by the drawing one; the queue apart.
 struct RenderServer::Implementation {
     RenderServerOptions options;
     const TypeRegistry& types;
@@ -62,6 +67,11 @@ struct RenderServer::Implementation {
     BlobCache blobs;
     std::deque<event::FrameRequested> frames;
     bool blobsAsked = false;     // for the first of them
+    struct Decoding {            // of the first of them
+        draw_task::Draw draw;
+        std::size_t parts = 0;   // that are applied
+    };
+    std::optional<Decoding> decoding;
     std::uint64_t session = 0;   // counts them, so that answers for an old one are dropped
     bool inSession = false;
     bool firstFrame = false;
@@ -111,6 +121,7 @@ struct RenderServer::Implementation {
         inSession = false;
         frames.clear();
         blobsAsked = false;
+        decoding.reset();
         waitingJobs.clear();
         jobs->cancelAll();
         jobs->takeEvents();  // nobody is there to hear of them
@@ -219,25 +230,34 @@ struct RenderServer::Implementation {
         if (!loaded.others.empty()) node.wantBlobs(loaded.others);
     }
 
+    // One part of a change list a turn: where dozens of servers share a processor, a whole snapshot keeps a heartbeat
+    // waiting for longer than a client believes in one.
     void decodeNext() {
         while (inSession && !incomingBusy && !frames.empty()) {
             event::FrameRequested& frame = frames.front();
-            const auto complete = haveBlobs(frame);
-            if (!complete) return node.endSession(complete.error().message);
-            if (!*complete) return;
-            blobsAsked = false;
-            draw_task::Draw draw;
+            if (!decoding) {
+                const auto complete = haveBlobs(frame);
+                if (!complete) return node.endSession(complete.error().message);
+                if (!*complete) return;
+                blobsAsked = false;
+                if (firstFrame && !frame.fromNothing) return node.endSession("a session's first frame is a snapshot");
+                firstFrame = false;
+                decoding.emplace();
+                if (frame.fromNothing) decoding->draw.emptied = emptyScene();
+            }
+            if (decoding->parts < frame.changes.size()) {
+                if (const auto applied = decoder->apply(frame.changes[decoding->parts], blobs); !applied)
+                    return node.endSession(applied.error().message);
+                if (++decoding->parts < frame.changes.size()) return pump.post([] {});
+            }
+            draw_task::Draw draw = std::move(decoding->draw);
+            decoding.reset();
             draw.frame = frame.number;
             draw.from = &incoming;
             draw.views = std::move(frame.views);
             draw.time = frame.time;
             draw.wantPixels = frame.wantPixels;
             draw.wantCost = frame.wantCost;
-            if (firstFrame && !frame.fromNothing) return node.endSession("a session's first frame is a snapshot");
-            firstFrame = false;
-            if (frame.fromNothing) draw.emptied = emptyScene();
-            for (const wire::Bytes& part : frame.changes)
-                if (const auto applied = decoder->apply(part, blobs); !applied) return node.endSession(applied.error().message);
             if (!frame.changes.empty()) draw.changes = incoming.commit();
             blobs.trim();
             frames.pop_front();
@@ -252,6 +272,14 @@ struct RenderServer::Implementation {
         for (const ContainerId id : incoming.ids()) edit.destroy(id);
         decoder.emplace(incoming);
         return incoming.commit();
+    }
+
+    // On the drawing thread, which listens to the client itself while it has nothing to draw: nobody has to wake it.
+    DrawQueue::Entry nextTask() {
+        for (;;) {
+            if (auto task = queue.pop()) return std::move(*task);
+            pump.wait([this] { return !queue.empty(); }, Duration::max());
+        }
     }
 
     // An answer of the drawing thread, on that thread. What is short is written at once: waking the network thread for
@@ -293,7 +321,7 @@ struct RenderServer::Implementation {
             if (options.listening) options.listening(*port);
         }
         std::thread network([this] { pump.run(); });
-        DrawThread drawing(types, renderer, queue,
+        DrawThread drawing(types, renderer, [this] { return nextTask(); },
                            [this](std::uint64_t of, DrawResult result) { answer(of, std::move(result)); });
         drawing.run();
         pump.post([this] {
@@ -315,6 +343,8 @@ RenderServer::~RenderServer() = default;
 
 Result<void> RenderServer::run() { return _implementation->run(); }
 
-void RenderServer::stop() { _implementation->queue.push({0, draw_task::Stop{}}); }
+void RenderServer::stop() {
+    _implementation->pump.post([this] { _implementation->queue.push({0, draw_task::Stop{}}); });
+}
 
 }  // namespace umbriel

@@ -29,6 +29,7 @@ class Echo final : public protocol::Endpoint {
     }
     void dialFailed(std::uint64_t, const Error& why, TimePoint) override { set([&] { failure = why.message; }); }
     void received(ConnectionId id, std::span<const std::byte> bytes, TimePoint) override {
+        if (putsOff) due = TimePoint::max();
         if (id == dialled) return set([&] { answer.insert(answer.end(), bytes.begin(), bytes.end()); });
         _queues.at(id)->push(bytes, std::span<const std::byte>());
     }
@@ -60,6 +61,11 @@ class Echo final : public protocol::Endpoint {
         return id;
     }
 
+    // Inside the pump.
+    void sayToAll(std::span<const std::byte> bytes) {
+        for (const auto& [id, queue] : _queues) queue->push(bytes, std::span<const std::byte>());
+    }
+
     template <class Condition>
     bool wait(Condition condition) {
         std::unique_lock lock(_mutex);
@@ -68,6 +74,7 @@ class Echo final : public protocol::Endpoint {
 
     std::vector<Action> actions;
     TimePoint due = TimePoint::max();
+    bool putsOff = false;  // the deadline, with everything that comes
     ConnectionId dialled = 0;
     std::string failure;
     std::vector<std::byte> answer;
@@ -172,6 +179,60 @@ TEST(AsioPump, APortInUseAndAHostThatIsNotThereAreErrors) {
     dialler.dial("127.0.0.1", 1);
     ASSERT_TRUE(dialler.echo.wait([&] { return !dialler.echo.failure.empty(); }));
     EXPECT_EQ(dialler.echo.failure, "connection refused");
+}
+
+// A program that was stopped, or kept waiting for a processor: what its peer said meanwhile lies in the socket.
+TEST(AsioPump, WhatHasComeIsReadBeforeADeadlineIsJudged) {
+    Running listening;
+    const auto port = listening.pump.listen("127.0.0.1", 0);
+    ASSERT_TRUE(port);
+    listening.run();
+    Running dialling;
+    dialling.run();
+    dialling.dial("127.0.0.1", *port);
+    const wire::Bytes word(5, std::byte{1});
+    const auto say = [&] {
+        listening.pump.enter([&] { listening.echo.sayToAll(word); });
+    };
+    dialling.echo.putsOff = true;
+    for (std::size_t said = 0; said < 5; ++said) {
+        ASSERT_TRUE(dialling.pump.wait([&] { return dialling.echo.dialled != 0; }, 20s));
+        dialling.pump.enter([&] {
+            dialling.echo.due = SteadyClock().now() + 1ms;
+            std::this_thread::sleep_until(dialling.echo.due + 5ms);
+            say();
+        });
+        EXPECT_TRUE(dialling.echo.wait([&] { return dialling.echo.answer.size() > said * word.size(); }));
+    }
+    EXPECT_EQ(dialling.echo.advances, 0) << "it was held to be silent";
+}
+
+TEST(AsioPump, WhoWaitsHearsOfWhatComesAndOfWhatOthersDo) {
+    Running listening;
+    const auto port = listening.pump.listen("127.0.0.1", 0);
+    ASSERT_TRUE(port);
+    listening.run();
+    Running dialling;
+    dialling.run();
+    dialling.dial("127.0.0.1", *port);
+    ASSERT_TRUE(dialling.pump.wait([&] { return dialling.echo.dialled != 0; }, 20s));
+    // Back and forth, faster than the pump's own thread takes over, and slower.
+    for (std::size_t i = 1; i <= 300; ++i) {
+        if (i % 50 == 0) std::this_thread::sleep_for(1ms);
+        dialling.pump.enter([&] { dialling.echo.sayToAll(wire::Bytes(1, std::byte{2})); });
+        ASSERT_TRUE(dialling.pump.wait([&] { return dialling.echo.answer.size() >= i; }, 20s)) << i;
+    }
+    // Several wait; one of them listens, and others change what they wait for.
+    std::atomic<int> stage = 0;
+    std::vector<std::thread> waiting;
+    for (int i = 1; i <= 3; ++i)
+        waiting.emplace_back([&, i] {
+            EXPECT_TRUE(dialling.pump.wait([&, i] { return stage >= i; }, 20s));
+        });
+    for (int i = 1; i <= 3; ++i) dialling.pump.enter([&] { ++stage; });
+    for (auto& thread : waiting) thread.join();
+    EXPECT_FALSE(dialling.pump.wait([] { return false; }, 2ms));
+    EXPECT_EQ(dialling.echo.answer.size(), 300u);
 }
 
 TEST(AsioPump, DeadlinesAreKept) {
