@@ -94,6 +94,7 @@ class Link {
 
     bool isOpen() const { return _accepted && _welcomed && !_closed; }
     bool isClosed() const { return _closed; }
+    TimePoint lastReceived() const { return _lastReceived; }
     // Why it was closed, for people; names the peer when it is known.
     const std::string& reason() const { return _reason; }
     // Whoever dialled knows what the connection is for; the other side's hello says control.

@@ -124,7 +124,12 @@ void ServerNode::linkClosed(ConnectionId connection, Peer&, const std::string& r
     if (ours) ended(reason);
 }
 
-std::string ServerNode::objection(const wire::Hello& hello, bool bulk, bool dialled) const {
+bool ServerNode::clientIsSilent(TimePoint now) const {
+    const Peer* found = peer(_session->control);
+    return found && now - found->link.lastReceived() >= _options.clientSilence;
+}
+
+std::string ServerNode::objection(const wire::Hello& hello, bool bulk, bool dialled, TimePoint now) const {
     if (const std::string reason = handshakeObjection(_options.identity, hello); !reason.empty()) return reason;
     if (hello.role != wire::Role::Client) return "a render server serves clients, not other servers";
     if (hello.epoch == 0) return "a session epoch is at least 1";
@@ -136,21 +141,26 @@ std::string ServerNode::objection(const wire::Hello& hello, bool bulk, bool dial
     }
     if (!_session) return {};
     if (!(_session->token == hello.token))
-        return fmt::format("server '{}' is busy with client '{}'", _options.identity.name, _session->client);
+        return clientIsSilent(now) ? std::string()
+                                   : fmt::format("server '{}' is busy with client '{}'", _options.identity.name,
+                                                 _session->client);
     if (hello.epoch <= _session->epoch)
         return fmt::format("session epoch {} is not newer than {}", hello.epoch, _session->epoch);
     return {};
 }
 
-void ServerNode::greeted(ConnectionId connection, Peer& peer, TimePoint) {
+void ServerNode::greeted(ConnectionId connection, Peer& peer, TimePoint now) {
     const wire::Hello& hello = *peer.link.peerHello();
-    if (const std::string reason = objection(hello, peer.link.isBulk(), peer.tag != 0); !reason.empty())
+    if (const std::string reason = objection(hello, peer.link.isBulk(), peer.tag != 0, now);
+        !reason.empty())
         return peer.link.refuse(reason);
     if (peer.link.isBulk()) {
         _session->bulk = connection;
         return peer.link.accept(_session->epoch);
     }
-    if (_session) endSession("a newer session of the same client took over");
+    if (_session)
+        endSession(_session->token == hello.token ? std::string("a newer session of the same client took over")
+                                                  : fmt::format("the client was silent, and '{}' has come", hello.name));
     _session = Session();  // clang 14 takes the nested class for not default-constructible in emplace()
     _session->token = hello.token;
     _session->epoch = hello.epoch;

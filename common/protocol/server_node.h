@@ -78,6 +78,9 @@ struct ServerNodeOptions {
     std::string dialHost;  // not empty: reach the client there instead of waiting for it
     std::uint16_t dialPort = 0;
     Duration redialAfter = std::chrono::milliseconds(500);
+    // A client from which nothing has come for so long keeps its session as long as link.heartbeatLoss allows, but
+    // another one may take its place.
+    Duration clientSilence = std::chrono::seconds(2);
     std::size_t maxConnections = 64;  // strangers included; more are closed at once
 };
 
@@ -155,7 +158,8 @@ class ServerNode final : public LinkedEndpoint {
     void linkClosed(ConnectionId connection, Peer& peer, const std::string& reason, TimePoint now) override;
     // Why this hello is not acceptable; empty when it is. dialled: by us; the client cannot know then who does, and its
     // hello names its newest session.
-    std::string objection(const wire::Hello& hello, bool bulk, bool dialled) const;
+    std::string objection(const wire::Hello& hello, bool bulk, bool dialled, TimePoint now) const;
+    bool clientIsSilent(TimePoint now) const;
     Result<void> obey(wire::MessageType type, std::span<const std::byte> payload);
     Result<void> frame(std::span<const std::byte> payload);
     Result<void> blobReceived(Result<std::optional<wire::Blob>> blob);

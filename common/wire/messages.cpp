@@ -108,6 +108,15 @@ std::uint64_t inSteps(double milliseconds, std::uint64_t limit) {
 enum FrameFlags : std::uint8_t { kWantPixels = 1, kFromNothing = 2, kTime = 4, kViews = 8, kWantCost = 16 };
 enum HeartbeatFlags : std::uint8_t { kWantsAnswer = 1, kEcho = 2 };
 
+// A monotonic clock does not get there in 36 years: sums and differences of a few such times do not overflow.
+std::int64_t readTime(Reader& reader) {
+    constexpr std::int64_t kLatest = std::int64_t{1} << 60;  // nanoseconds
+    const auto time = static_cast<std::int64_t>(reader.u64());
+    if (time <= kLatest && time >= -kLatest) return time;
+    reader.fail("a heartbeat's time is impossible");
+    return 0;
+}
+
 }  // namespace
 
 const MessageRule* ruleOf(std::uint8_t type) {
@@ -168,16 +177,16 @@ Heartbeat Heartbeat::read(Reader& reader) {
     const std::uint8_t flags = reader.u8();
     if (flags & ~(kWantsAnswer | kEcho)) reader.fail("a heartbeat's flags are unknown");
     heartbeat.wantsAnswer = flags & kWantsAnswer;
-    heartbeat.sent = static_cast<std::int64_t>(reader.u64());
+    heartbeat.sent = readTime(reader);
     if (flags & kEcho) {
-        const auto sent = static_cast<std::int64_t>(reader.u64());
-        heartbeat.echo = Echo{sent, static_cast<std::int64_t>(reader.u64())};
+        const std::int64_t sent = readTime(reader);
+        heartbeat.echo = Echo{sent, readTime(reader)};
     }
     const std::size_t count = reader.count(9, kMaxSwaps);
     heartbeat.swaps.reserve(count);
     for (std::size_t i = 0; i < count && reader.ok(); ++i) {
         const std::uint64_t frame = reader.varint();
-        heartbeat.swaps.push_back({frame, static_cast<std::int64_t>(reader.u64())});
+        heartbeat.swaps.push_back({frame, readTime(reader)});
     }
     return heartbeat;
 }

@@ -23,8 +23,10 @@ struct Policies : testing::Test {
     Ref<Transform> wheel;
     Policies() { registerCoreTypes(types); }
 
-    VirtualServer& serve(const std::string& name) {
-        servers.push_back(std::make_unique<VirtualServer>(name, types, network));
+    VirtualServer& serve(const std::string& name, Duration clientLoss = 2s) {
+        auto options = VirtualServer::options(name, types);
+        options.link.heartbeatLoss = clientLoss;
+        servers.push_back(std::make_unique<VirtualServer>(std::move(options), types, network));
         network.listen(servers.back()->node, name, 7420);
         return *servers.back();
     }
@@ -186,10 +188,45 @@ TEST_F(Policies, AWallMayStartWithoutAServerThatJoinsLater) {
     expectInStep();
 }
 
+TEST_F(Policies, AClientThatWasStoppedForSecondsLosesNobody) {
+    serve("left", 10s);
+    serve("right", 10s);
+    reach(FailurePolicy::Degrade);
+    for (const auto time : {1900ms, 3000ms, 9000ms}) {
+        network.setPaused(client->client, true);
+        network.run(time);  // their heartbeats lie in its sockets
+        network.setPaused(client->client, false);
+        drawFor(2500ms);
+        EXPECT_EQ(incidents(), std::vector<ServerIncident::Kind>());
+        expectInStep();
+    }
+}
+
+TEST_F(Policies, AClientThatIsSilentGivesWayToAnotherOne) {
+    VirtualServer& left = serve("left", 10s);
+    auto options = VirtualClient::options("desk", types, {"left"});
+    reach(options);
+    network.setPaused(client->client, true);
+    network.run(1500ms);
+    auto others = VirtualClient::options("guest", types, {"left"});
+    others.token = {77, 78};
+    others.connectTimeout = 200ms;
+    VirtualClient early(others, types, network);
+    EXPECT_TRUE(early.settle());
+    EXPECT_NE(early.errorText().find("busy with client 'desk'"), std::string::npos) << early.errorText();
+    network.run(1000ms);
+    VirtualClient guest(others, types, network);
+    EXPECT_TRUE(guest.settle());
+    EXPECT_EQ(guest.errorText(), "");
+    EXPECT_EQ(left.clients, (std::vector<std::string>{"desk", "guest"}));
+    ASSERT_EQ(left.endings.size(), 1u);
+    EXPECT_NE(left.endings[0].find("the client was silent, and 'guest' has come"), std::string::npos);
+}
+
 // A wall whose network has a window, so that a sender learns that nobody reads.
 struct BulkConnections : Policies {
     static constexpr std::size_t kWindow = 64 * 1024;
-    static constexpr std::size_t kSceneBytes = 8'000'000;
+    static constexpr std::size_t kSceneBytes = 3'000'000;
     BulkConnections() { network = net::MemoryNetwork({.window = kWindow}); }
     // A large content is new in the scene.
     void load() {
@@ -199,10 +236,12 @@ struct BulkConnections : Policies {
         client->scene.edit(geometry).assign<&Geometry::positions>(positions);
     }
     std::size_t mostQueued = 0;
+    // A few frames a second: what is shown here is about seconds, and frames cost the time of this test.
     void drawFor(Duration time, Duration longest) {
         for (const TimePoint end = network.now() + time; network.now() < end;) {
             EXPECT_LT(draw(), longest);
             mostQueued = std::max(mostQueued, network.queued(client->client));
+            network.run(50ms);
         }
     }
 };

@@ -63,6 +63,21 @@ TEST(Messages, EndWhereTheirTypeSays) {
     expectExactLength(JobDone{1, 2, JobStatus::Failed, "no", {3, 4}, 5, 6000});
 }
 
+TEST(Messages, TimesOfHeartbeatsLeaveRoomForSumsOfThem) {
+    Heartbeat heartbeat;
+    heartbeat.sent = std::int64_t{1} << 60;
+    heartbeat.echo = Heartbeat::Echo{-heartbeat.sent, 0};
+    heartbeat.swaps = {{1, heartbeat.sent}};
+    EXPECT_TRUE(decode<Heartbeat>(encode(heartbeat)));
+    for (std::int64_t* time : {&heartbeat.sent, &heartbeat.echo->sent, &heartbeat.echo->received, &heartbeat.swaps[0].at}) {
+        const std::int64_t before = std::exchange(*time, (std::int64_t{1} << 60) + 1);
+        EXPECT_FALSE(decode<Heartbeat>(encode(heartbeat)));
+        *time = std::numeric_limits<std::int64_t>::min();
+        EXPECT_FALSE(decode<Heartbeat>(encode(heartbeat)));
+        *time = before;
+    }
+}
+
 TEST(Messages, ThatEndInDataSurviveBeingCut) {
     const Bytes data(100, std::byte{7});
     const auto cut = [](const auto& message) {
