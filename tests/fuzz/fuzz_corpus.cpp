@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "common/scene/core_types.h"
+#include "common/visibility/bake_job.h"
 #include "common/wire/change_codec.h"
 #include "common/wire/view_codec.h"
 #include "tests/fuzz/peer_script.h"
@@ -346,6 +347,48 @@ void addBlobs(Corpus& corpus) {
     corpus.add("blob_fuzz", "tiles", tiles);
 }
 
+void addAnswers(Corpus& corpus) {
+    const auto behindLength = [](wire::Writer& writer, const Bytes& payload) {
+        writer.u8(static_cast<std::uint8_t>(payload.size()));
+        writer.raw(payload);
+    };
+    Bytes clocks;
+    wire::Writer writer(clocks);
+    writer.u8(1);
+    for (std::int64_t i = 1; i < 4; ++i) {
+        wire::Heartbeat heartbeat;
+        heartbeat.sent = 5'000'000 * i;
+        heartbeat.echo = wire::Heartbeat::Echo{1'000 * i, 4'900'000 * i};
+        heartbeat.swaps.push_back({static_cast<std::uint64_t>(i), 5'100'000 * i});
+        writer.u16(2'000);
+        behindLength(writer, wire::encode(heartbeat));
+    }
+    corpus.add("answers_fuzz", "clocks", clocks);
+    Bytes digests;
+    wire::Writer pages(digests);
+    pages.u8(0);
+    pages.u8(1);
+    pages.raw(Bytes{std::byte{1}, std::byte{1}, std::byte{0}});  // two containers as they are, then others
+    behindLength(pages, wire::encode(wire::DigestReply{false, {{3, 5}, {4, 6}}}));
+    pages.u8(0);
+    behindLength(pages, wire::encode(wire::DigestReply{false, {{0, 5}}}));
+    corpus.add("answers_fuzz", "digests", digests);
+}
+
+void addBakeJobs(Corpus& corpus) {
+    const auto add = [&](std::uint8_t kind, const char* name, const visibility::Bytes& payload) {
+        Bytes bytes{static_cast<std::byte>(kind)};
+        bytes.insert(bytes.end(), payload.begin(), payload.end());
+        corpus.add("bake_job_fuzz", name, bytes);
+    };
+    visibility::BakeJob job;
+    job.meshHash = {1, 2};
+    job.directionHash = {3, 4};
+    job.rowCount = 16;
+    add(1, "job", visibility::encodeBakeJob(job));
+    add(0, "readiness", visibility::encodeReadiness({"llvmpipe, 128 bits", 2, {1, 2}, {3, 4}}));
+}
+
 }  // namespace
 }  // namespace umbriel
 
@@ -370,5 +413,7 @@ int main(int argc, char** argv) {
     addBlobs(corpus);
     addLinks(corpus, messages);
     addSessions(corpus, types, messages);
+    addAnswers(corpus);
+    addBakeJobs(corpus);
     return 0;
 }

@@ -2,6 +2,8 @@
 // messages in and out of order, changes and blobs that are applied, frames that are drawn and swapped. Nothing a peer
 // does ends the program, and what it can make us keep stays small.
 
+#include <algorithm>
+#include <array>
 #include <deque>
 #include <map>
 
@@ -101,8 +103,20 @@ class Peers {
             connection->state.epoch = std::max(1u, hello.epoch);
         }
         const wire::Bytes bytes = fuzz::bytesOf(command, connection->state, hello);
-        fuzz::inPieces(bytes, command.pieceSize,
-                       [&](std::span<const std::byte> piece) { _endpoint.received(id, piece, now); });
+        fuzz::inPieces(bytes, command.pieceSize, [&](std::span<const std::byte> piece) { hand(id, piece); });
+    }
+
+    // As a pump does: what has room is put there.
+    void hand(ConnectionId id, std::span<const std::byte> bytes) {
+        std::array<std::span<std::byte>, 2> places;
+        std::size_t placed = 0;
+        for (std::size_t i = 0, count = _endpoint.room(id, places); i < count; ++i) {
+            const std::size_t size = std::min(places[i].size(), bytes.size() - placed);
+            std::copy_n(bytes.data() + placed, size, places[i].data());
+            placed += size;
+        }
+        if (placed > 0) _endpoint.placed(id, placed, now);
+        if (placed < bytes.size()) _endpoint.received(id, bytes.subspan(placed), now);
     }
 
     void actions() {
@@ -259,6 +273,7 @@ class Client {
                 frame.views = wire::encodeViews({});
                 frame.digest = word & 8;  // a peer can know it
                 if (client.wantsSnapshot()) frame.snapshot.emplace();
+                if (client.wantsDigests()) frame.digests = std::make_shared<const StateDigest>();
                 MultiStorage content(4);
                 content.resize(100);
                 frame.blobs.emplace(Hash128{1, 1}, content);
@@ -273,6 +288,7 @@ class Client {
         options.policy = static_cast<protocol::FailurePolicy>(kind / 2 % 3);
         options.startIncomplete = options.policy != protocol::FailurePolicy::Wait && (kind & 8) != 0;
         options.latency = kind & 8 ? 1 : 0;
+        if (kind & 16) options.compareWithin = std::chrono::seconds(1);
         options.historyFrames = 2;  // soon too little for a server that lags: it then needs a snapshot
         options.identity = helloOf("desk", types);
         options.token = {1, 2};
