@@ -41,7 +41,8 @@ constexpr auto kLinger = std::chrono::seconds(1);
 constexpr unsigned kUserTimeoutMilliseconds = 2000;
 // A thread whose wait is over mostly waits again soon, when frames are short: until then nobody need listen.
 constexpr auto kBackSoon = std::chrono::microseconds(250);
-// Who waits for longer than this has frames that are not short.
+// Who waits for longer than this has frames that are not short, and is woken sooner by the thread in run(), which a
+// busy machine does not keep waiting (askForShortSlices).
 constexpr auto kShortWait = std::chrono::milliseconds(4);
 // What else epoll knows; connections count from 1.
 constexpr std::uint64_t kEvent = 0;
@@ -143,16 +144,12 @@ void SocketLoop::run() {
     }
 }
 
+// Being called when the other one leaves would cost every short frame a wake.
 void SocketLoop::rest(std::unique_lock<std::mutex>& lock) {
-    if (!_helper) {
-        _resting.wait_until(lock, _helped + kBackSoon);
-    } else if (_clock.now() < _helpsSince + kShortWait) {
-        // Being called would cost every short frame a wake.
+    if (_helper)
         _resting.wait_for(lock, kShortWait);
-    } else {
-        _callWhenHelperLeaves = true;
-        _resting.wait(lock, [&] { return !_callWhenHelperLeaves; });
-    }
+    else
+        _resting.wait_until(lock, _helped + kBackSoon);
 }
 
 void SocketLoop::listen(std::unique_lock<std::mutex>& lock, Duration limit) {
@@ -399,12 +396,16 @@ bool SocketLoop::wait(const std::function<bool()>& condition, Duration limit) {
     _waiting.push_back(&mine);
     if (!_listening && !_helper) {
         _helper = &mine;
-        _helpsSince = start;
-        for (TimePoint now = start; !mine.met && !_stopped && now < end; now = _clock.now())
-            listen(lock, end == TimePoint::max() ? Duration::max() : end - now);
+        const TimePoint enough = std::min(end, start + kShortWait);
+        for (TimePoint now = start; !mine.met && !_stopped && now < enough; now = _clock.now())
+            listen(lock, enough - now);
         _helper = nullptr;
-        _helped = _clock.now();
-        if (std::exchange(_callWhenHelperLeaves, false)) _resting.notify_one();
+        if (mine.met) {
+            _helped = _clock.now();
+        } else {
+            _helped = TimePoint();
+            _resting.notify_one();
+        }
     }
     const auto met = [&] { return mine.met; };
     end == TimePoint::max() ? _awaited.wait(lock, met) : void(_awaited.wait_until(lock, end, met));

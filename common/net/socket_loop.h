@@ -94,9 +94,7 @@ class SocketLoop {
     std::vector<Waiting*> _waiting;
     bool _listening = false;            // some thread is in listen()
     Waiting* _helper = nullptr;         // one that listens until its wait is over
-    TimePoint _helpsSince = TimePoint();
     TimePoint _helped = TimePoint();    // when a wait was over last
-    bool _callWhenHelperLeaves = false;
     std::condition_variable _resting;   // the thread in run()
     SteadyClock _clock;
     TimePoint _now{};  // when the loop was entered last: time stands still inside
