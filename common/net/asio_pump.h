@@ -12,8 +12,8 @@
 namespace umbriel::net {
 
 // Connects an endpoint to TCP: accepts, dials, reads and writes for it, and tells it the time. The endpoint is asked by
-// one thread at a time: the one that is in run(), or one that is in enter() or wait(). Plain TCP carries no protection, so it
-// stays on loopback unless insecureLan says otherwise, which is warned about every minute.
+// one thread at a time: the one that is in run(), or one that is in enter() or wait(). Plain TCP carries no protection,
+// so it stays on loopback unless insecureLan says otherwise, which is warned about every minute.
 class AsioPump {
  public:
     AsioPump(protocol::Endpoint& endpoint, bool insecureLan);
@@ -37,8 +37,8 @@ class AsioPump {
     // Runs the function on this thread, alone with the endpoint, and writes what it queues as far as the sockets take
     // it at once: nobody is waited for, and no other thread is woken. Not from the hook or another such function.
     void enter(const std::function<void()>& function);
-    // Waits on this thread until the condition holds, which is asked as in enter(), never again after it held. False: it
-    // does not after this time. One thread at a time pumps while it waits, hook and all.
+    // Waits on this thread until the condition holds, which is asked as in enter(), never again after it held. False:
+    // it does not after this time. One thread at a time pumps while it waits, hook and all.
     bool wait(const std::function<bool()>& condition, Duration limit);
 
     struct Implementation;

@@ -160,7 +160,8 @@ void SocketLoop::listen(std::unique_lock<std::mutex>& lock, Duration limit) {
     const TimePoint before = _clock.now();
     const bool due = before >= std::min(_endpoint.deadline(), _closeDue);
     // Rounded up: who waits until then does not come back before.
-    const auto patience = std::chrono::ceil<std::chrono::milliseconds>(std::min<Duration>(limit, std::chrono::hours(1)));
+    const auto patience =
+        std::chrono::ceil<std::chrono::milliseconds>(std::min<Duration>(limit, std::chrono::hours(1)));
     const int timeout = due || _turnDue ? 0 : limit == Duration::max() ? -1 : static_cast<int>(patience.count());
     _listening = true;
     lock.unlock();

@@ -20,8 +20,8 @@ namespace umbriel::net {
 
 // Reads and writes an endpoint's connected sockets, with epoll: what a frame's messages pass. The floor is a system
 // call for each message, and with dozens of servers on a machine every further call, and every line of code in between,
-// is cold when its process wakes; Asio's scheduler took as long as all of the protocol. For the same reason a thread that
-// waits for something listens itself meanwhile, where it can, instead of being woken by the thread in run().
+// is cold when its process wakes; Asio's scheduler took as long as all of the protocol. For the same reason a thread
+// that waits for something listens itself meanwhile, where it can, instead of being woken by the thread in run().
 class SocketLoop {
  public:
     // dial: what becomes of a Dial action; answered by adopt() or dialFailed(). Called inside the loop: it must not
@@ -62,7 +62,8 @@ class SocketLoop {
         bool met = false;
     };
 
-    // Waits for what comes, for so long at most, and handles it. One thread at a time; the lock is held before and after.
+    // Waits for what comes, for so long at most, and handles it. One thread at a time; the lock is held before and
+    // after.
     void listen(std::unique_lock<std::mutex>& lock, Duration limit);
     // While a thread in wait() listens, or may soon do so again.
     void rest(std::unique_lock<std::mutex>& lock);
@@ -92,10 +93,10 @@ class SocketLoop {
     std::mutex _mutex;
     std::condition_variable _awaited;
     std::vector<Waiting*> _waiting;
-    bool _listening = false;            // some thread is in listen()
-    Waiting* _helper = nullptr;         // one that listens until its wait is over
-    TimePoint _helped = TimePoint();    // when a wait was over last
-    std::condition_variable _resting;   // the thread in run()
+    bool _listening = false;           // some thread is in listen()
+    Waiting* _helper = nullptr;        // one that listens until its wait is over
+    TimePoint _helped = TimePoint();   // when a wait was over last
+    std::condition_variable _resting;  // the thread in run()
     SteadyClock _clock;
     TimePoint _now{};  // when the loop was entered last: time stands still inside
     TimePoint _armedFor = TimePoint::max();

@@ -141,9 +141,9 @@ std::string ServerNode::objection(const wire::Hello& hello, bool bulk, bool dial
     }
     if (!_session) return {};
     if (!(_session->token == hello.token))
-        return clientIsSilent(now) ? std::string()
-                                   : fmt::format("server '{}' is busy with client '{}'", _options.identity.name,
-                                                 _session->client);
+        return clientIsSilent(now)
+                   ? std::string()
+                   : fmt::format("server '{}' is busy with client '{}'", _options.identity.name, _session->client);
     if (hello.epoch <= _session->epoch)
         return fmt::format("session epoch {} is not newer than {}", hello.epoch, _session->epoch);
     return {};
@@ -151,16 +151,16 @@ std::string ServerNode::objection(const wire::Hello& hello, bool bulk, bool dial
 
 void ServerNode::greeted(ConnectionId connection, Peer& peer, TimePoint now) {
     const wire::Hello& hello = *peer.link.peerHello();
-    if (const std::string reason = objection(hello, peer.link.isBulk(), peer.tag != 0, now);
-        !reason.empty())
+    if (const std::string reason = objection(hello, peer.link.isBulk(), peer.tag != 0, now); !reason.empty())
         return peer.link.refuse(reason);
     if (peer.link.isBulk()) {
         _session->bulk = connection;
         return peer.link.accept(_session->epoch);
     }
     if (_session)
-        endSession(_session->token == hello.token ? std::string("a newer session of the same client took over")
-                                                  : fmt::format("the client was silent, and '{}' has come", hello.name));
+        endSession(_session->token == hello.token
+                       ? std::string("a newer session of the same client took over")
+                       : fmt::format("the client was silent, and '{}' has come", hello.name));
     _session = Session();  // clang 14 takes the nested class for not default-constructible in emplace()
     _session->token = hello.token;
     _session->epoch = hello.epoch;

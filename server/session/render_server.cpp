@@ -69,7 +69,7 @@ struct RenderServer::Implementation {
     bool blobsAsked = false;     // for the first of them
     struct Decoding {            // of the first of them
         draw_task::Draw draw;
-        std::size_t parts = 0;   // that are applied
+        std::size_t parts = 0;  // that are applied
     };
     std::optional<Decoding> decoding;
     std::uint64_t session = 0;   // counts them, so that answers for an old one are dropped
@@ -321,8 +321,9 @@ struct RenderServer::Implementation {
             if (options.listening) options.listening(*port);
         }
         std::thread network([this] { pump.run(); });
-        DrawThread drawing(types, renderer, [this] { return nextTask(); },
-                           [this](std::uint64_t of, DrawResult result) { answer(of, std::move(result)); });
+        DrawThread drawing(
+            types, renderer, [this] { return nextTask(); },
+            [this](std::uint64_t of, DrawResult result) { answer(of, std::move(result)); });
         drawing.run();
         pump.post([this] {
             leaving = true;

@@ -1,5 +1,5 @@
-// What a client concludes from a server's answers, whatever they are: where its clock stands, from heartbeats, and in what
-// its state differs, from pages of digests. The first byte says which.
+// What a client concludes from a server's answers, whatever they are: where its clock stands, from heartbeats, and in
+// what its state differs, from pages of digests. The first byte says which.
 
 #include <algorithm>
 #include <memory>

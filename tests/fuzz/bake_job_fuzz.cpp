@@ -1,5 +1,5 @@
-// Any bytes as what a client and a server say to each other about a bake: refused with a reason, or a job or a readiness
-// with this one encoding. The first byte says which.
+// Any bytes as what a client and a server say to each other about a bake: refused with a reason, or a job or a
+// readiness with this one encoding. The first byte says which.
 
 #include <algorithm>
 

@@ -191,9 +191,7 @@ TEST(AsioPump, WhatHasComeIsReadBeforeADeadlineIsJudged) {
     dialling.run();
     dialling.dial("127.0.0.1", *port);
     const wire::Bytes word(5, std::byte{1});
-    const auto say = [&] {
-        listening.pump.enter([&] { listening.echo.sayToAll(word); });
-    };
+    const auto say = [&] { listening.pump.enter([&] { listening.echo.sayToAll(word); }); };
     dialling.echo.putsOff = true;
     for (std::size_t said = 0; said < 5; ++said) {
         ASSERT_TRUE(dialling.pump.wait([&] { return dialling.echo.dialled != 0; }, 20s));
@@ -226,9 +224,7 @@ TEST(AsioPump, WhoWaitsHearsOfWhatComesAndOfWhatOthersDo) {
     std::atomic<int> stage = 0;
     std::vector<std::thread> waiting;
     for (int i = 1; i <= 3; ++i)
-        waiting.emplace_back([&, i] {
-            EXPECT_TRUE(dialling.pump.wait([&, i] { return stage >= i; }, 20s));
-        });
+        waiting.emplace_back([&, i] { EXPECT_TRUE(dialling.pump.wait([&, i] { return stage >= i; }, 20s)); });
     for (int i = 1; i <= 3; ++i) dialling.pump.enter([&] { ++stage; });
     for (auto& thread : waiting) thread.join();
     EXPECT_FALSE(dialling.pump.wait([] { return false; }, 2ms));

@@ -69,7 +69,8 @@ TEST(Messages, TimesOfHeartbeatsLeaveRoomForSumsOfThem) {
     heartbeat.echo = Heartbeat::Echo{-heartbeat.sent, 0};
     heartbeat.swaps = {{1, heartbeat.sent}};
     EXPECT_TRUE(decode<Heartbeat>(encode(heartbeat)));
-    for (std::int64_t* time : {&heartbeat.sent, &heartbeat.echo->sent, &heartbeat.echo->received, &heartbeat.swaps[0].at}) {
+    for (std::int64_t* time :
+         {&heartbeat.sent, &heartbeat.echo->sent, &heartbeat.echo->received, &heartbeat.swaps[0].at}) {
         const std::int64_t before = std::exchange(*time, (std::int64_t{1} << 60) + 1);
         EXPECT_FALSE(decode<Heartbeat>(encode(heartbeat)));
         *time = std::numeric_limits<std::int64_t>::min();
