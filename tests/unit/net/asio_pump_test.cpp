@@ -62,6 +62,7 @@ class Echo final : public protocol::Endpoint {
     }
 
     // Inside the pump.
+    bool isConnected() const { return !_queues.empty(); }
     void sayToAll(std::span<const std::byte> bytes) {
         for (const auto& [id, queue] : _queues) queue->push(bytes, std::span<const std::byte>());
     }
@@ -193,8 +194,9 @@ TEST(AsioPump, WhatHasComeIsReadBeforeADeadlineIsJudged) {
     const wire::Bytes word(5, std::byte{1});
     const auto say = [&] { listening.pump.enter([&] { listening.echo.sayToAll(word); }); };
     dialling.echo.putsOff = true;
+    ASSERT_TRUE(listening.pump.wait([&] { return listening.echo.isConnected(); }, 20s));
+    ASSERT_TRUE(dialling.pump.wait([&] { return dialling.echo.dialled != 0; }, 20s));
     for (std::size_t said = 0; said < 5; ++said) {
-        ASSERT_TRUE(dialling.pump.wait([&] { return dialling.echo.dialled != 0; }, 20s));
         dialling.pump.enter([&] {
             dialling.echo.due = SteadyClock().now() + 1ms;
             std::this_thread::sleep_until(dialling.echo.due + 5ms);
