@@ -219,7 +219,8 @@ TEST_F(Limits, VolumesAndFlattenedCastersAreRightButForAPixelAtEdges) {
             EXPECT_GT(judged, 20000u);
             EXPECT_GT(dark, 1000u);
             EXPECT_EQ(beyond, 0u);
-            EXPECT_LT(wrong, judged / 200);
+            // Where a ray of double precision and an edge of float ones part, on a pixel's middle.
+            EXPECT_LE(wrong, judged / 10000);
         }
 }
 
