@@ -138,14 +138,13 @@ Result<TradeResult> sweep(const TradeArguments& arguments, const std::filesystem
 }  // namespace
 
 Result<void> writeTradeReports(const std::vector<std::string>& outs, std::span<const TradeResult> results,
-                               std::span<const Expectation> expected) {
+                               std::span<const Expectation> expected, const std::string& preset) {
     for (const std::string& path : outs) {
         std::string text;
         if (path.ends_with(".csv"))
             text = tradeCsv(results);
         else if (path.ends_with(".json"))
-            text = expected.empty() && results.size() == 1 ? tradeJson(results.front())
-                                                           : tradeJson("", results, expected);
+            text = preset.empty() ? tradeJson(results.front()) : tradeJson(preset, results, expected);
         else {
             auto html = tradeHtml(results, expected);
             if (!html) return html.error();

@@ -36,9 +36,10 @@ struct TradeArguments {
 // umbriel trade (docs/commands.md). Exit code 0, 1 or 2.
 int runTrade(const TradeArguments& arguments, const std::filesystem::path& serverProgram, std::ostream& out);
 
-// Results as files by the ends of their names: .csv, .json, else a page; what was expected goes into the last two.
+// Results as files by the ends of their names: .csv, .json, else a page; what was expected goes into the last two. Of a
+// preset JSON is an object with its name.
 Result<void> writeTradeReports(const std::vector<std::string>& outs, std::span<const TradeResult> results,
-                               std::span<const Expectation> expected);
+                               std::span<const Expectation> expected, const std::string& preset = {});
 
 // The names of the presets, with what each is about, one a line.
 std::string tradePresets();

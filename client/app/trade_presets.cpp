@@ -113,7 +113,7 @@ int runTradePreset(const TradeArguments& arguments, const std::filesystem::path&
     Expectations expect;
     preset->judge(outcome, expect);
     const std::vector<Expectation> expected = expect.take();
-    if (const auto written = writeTradeReports(arguments.out, outcome.results, expected); !written)
+    if (const auto written = writeTradeReports(arguments.out, outcome.results, expected, preset->name); !written)
         return exitCodeOf(written.error());
     if (arguments.json) {
         out << tradeJson(preset->name, outcome.results, expected);
