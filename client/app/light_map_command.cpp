@@ -11,7 +11,6 @@
 #include "client/app/progress.h"
 #include "client/app/render_command.h"
 #include "client/bake/mapped_file.h"
-
 #include "client/bake/sha256.h"
 #include "common/base/processor_time.h"
 #include "common/image/exr_io.h"
