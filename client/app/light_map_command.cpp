@@ -7,6 +7,7 @@
 #include <ostream>
 
 #include "client/app/arguments.h"
+#include "client/app/exit_code.h"
 #include "client/app/light_map_scene.h"
 #include "client/app/progress.h"
 #include "client/app/render_command.h"
@@ -53,7 +54,7 @@ Result<void> check(const BakeArguments& a) {
     return {};
 }
 
-Result<void> bake(const BakeArguments& a, std::ostream& out, std::ostream& err) {
+Result<void> bake(const BakeArguments& a, std::ostream& out) {
     if (const auto checked = check(a); !checked) return checked.error();
     StageOptions stage;
     for (const std::string& text : a.lights) {
@@ -121,7 +122,6 @@ Result<void> bake(const BakeArguments& a, std::ostream& out, std::ostream& err) 
             file->lightStates.size(), file->states.size(), baked.places.size(), baked.chartCount, baked.size,
             baked.size, 100.0 * covered, baked.texelMetres, baked.rays, seconds, cpuSeconds, path.string(), hash);
     }
-    static_cast<void>(err);
     if (!out.flush()) return failure("the result could not be written");
     return {};
 }
@@ -129,10 +129,7 @@ Result<void> bake(const BakeArguments& a, std::ostream& out, std::ostream& err) 
 }  // namespace
 
 int runBakeLightMap(const BakeArguments& arguments, std::ostream& out, std::ostream& err) {
-    const auto done = bake(arguments, out, err);
-    if (done) return 0;
-    err << "umbriel bake: " << done.error().message << '\n';
-    return done.error().kind == Error::Kind::BadInput ? 2 : 1;
+    return endCommand("umbriel bake", bake(arguments, out), err);
 }
 
 }  // namespace umbriel
