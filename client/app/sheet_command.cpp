@@ -51,8 +51,8 @@ Result<void> addLightMap(Aspect& scene, const Stage& stage, std::uint32_t mapSiz
     return {};
 }
 
-// The scene under every mode, drawn by the same servers. What cannot be drawn (a light map where no light stays) is left
-// out with a warning.
+// The scene under every mode, drawn by the same servers. What cannot be drawn (a light map where no light stays) is
+// left out with a warning.
 Result<std::vector<FloatImage>> drawAll(const SceneArguments& arguments, const std::filesystem::path& serverProgram) {
     auto setup = checkSceneArguments(arguments);
     if (!setup) return setup.error();

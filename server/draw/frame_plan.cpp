@@ -229,13 +229,13 @@ class Planner {
         std::uint32_t block = 0;
         std::uint32_t maps = 0;
         if (demand.lightMap.size > 0)
-            _plan.targets.push_back({fmt::format("light map {}", view),
-                                     "R8 and charts",
-                                     {static_cast<std::int32_t>(demand.lightMap.size),
-                                      static_cast<std::int32_t>(demand.lightMap.size)},
-                                     demand.lightMap.lights,
-                                     1,
-                                     demand.lightMap.bytes});
+            _plan.targets.push_back(
+                {fmt::format("light map {}", view),
+                 "R8 and charts",
+                 {static_cast<std::int32_t>(demand.lightMap.size), static_cast<std::int32_t>(demand.lightMap.size)},
+                 demand.lightMap.lights,
+                 1,
+                 demand.lightMap.bytes});
         for (std::uint32_t i = 0; i < demand.shadows.size(); ++i) {
             const ViewDemand::Shadow& shadow = demand.shadows[i];
             const ShadowDemand& wanted = shadow.demand;
@@ -251,8 +251,7 @@ class Planner {
         }
         if (largest > 0)
             addTarget(fmt::format("shadow maps {}", view), "D32F",
-                      {static_cast<std::int32_t>(largest), static_cast<std::int32_t>(largest)},
-                      maps, 1, 4);
+                      {static_cast<std::int32_t>(largest), static_cast<std::int32_t>(largest)}, maps, 1, 4);
         if (block > 0) {
             const auto blocks = static_cast<std::int32_t>((largest + block - 1) / block);
             addTarget(fmt::format("shadow bounds {}", view), "RGBA32F", {blocks, blocks}, maps, 1, 16);

@@ -333,8 +333,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         }
         if (!item.geometry || item.geometry->triangles() == 0) continue;
 
-        item.isInLightMap =
-            result.lightMap && !source.deformation && result.lightMap->holds(item.node, *item.geometry);
+        item.isInLightMap = result.lightMap && !source.deformation && result.lightMap->holds(item.node, *item.geometry);
         // What is not in the light map has maps instead.
         if (!item.isInLightMap && has(run.features, Feature::ShadowLightMap))
             run.features = (run.features & ~bit(Feature::ShadowLightMap)) | bit(Feature::ShadowMixed);

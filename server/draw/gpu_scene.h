@@ -70,7 +70,7 @@ struct ViewScene {
     std::size_t opaqueItems = 0;
     std::vector<std::optional<EnvironmentUse>> environments;  // by run; none: no environment lights it
     std::vector<Deformer::Size> deformed;  // of the geometries that are not at rest
-    GpuLightMap* lightMap = nullptr;  // null: no light's factors are in one
+    GpuLightMap* lightMap = nullptr;       // null: no light's factors are in one
     // By ShadowCasters: a hash of everything that shadow maps are drawn from, beside their fits.
     std::array<std::uint64_t, 3> casterStates{};
 };
