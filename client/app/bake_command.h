@@ -31,6 +31,13 @@ struct BakeArguments {
     std::optional<int> local;  // bake on so many servers of this machine
     bool insecureLan = false;  // servers beyond this machine may be reached without encryption
     double audit = 2.0;        // percent of the shards that two servers bake, and that must agree
+    // Light maps (light_map_command.h), instead of visibility maps.
+    std::optional<std::int64_t> lightMap;  // texels along each side of the atlas
+    std::string from = "rays";
+    int texelSamples = 4;                  // along each side of a texel
+    int lightSamples = 2;                  // along each side of a light with a size
+    std::vector<std::string> lights;       // as of render; none: the scene's own
+    std::vector<std::string> moving;       // names of nodes
     bool json = false;
     bool quiet = false;
 };

@@ -6,11 +6,13 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <ostream>
+#include <set>
 
 #include "client/app/environment_capture.h"
 #include "client/app/exit_code.h"
 #include "client/app/frame_budget.h"
 #include "client/app/held_tiles.h"
+#include "client/app/light_map_scene.h"
 #include "client/app/progress.h"
 #include "client/app/trade_setting.h"
 #include "client/import/load_scene.h"
@@ -328,6 +330,8 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
         if (!begun) return exitCodeOf(begun.error());
         budget.emplace(std::move(*begun));
     }
+    if (const auto applied = applyLightMap(arguments.scene, scene, stage.window); !applied)
+        return exitCodeOf(applied.error());
 
     setup->cluster.serverProgram = serverProgram;
     auto cluster = Cluster::connect(setup->cluster, types, setup->tiles);
@@ -345,6 +349,7 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
     }
 
     nlohmann::json frames = nlohmann::json::array();
+    std::set<std::string> warned;  // each thing once
     std::vector<std::string> written;
     Progress progress("frame", arguments.frames, arguments.scene.quiet || arguments.json);
     HeldTiles tiles;
@@ -375,7 +380,7 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
         auto views = resolveViews(scene, stage.window, setup->wall);
         if (!views) return exitCodeOf(views.error());
         for (const std::string& warning : views->warnings)
-            if (i == 0) log::warning(warning);
+            if (warned.insert(warning).second) log::warning(warning);
         views->views.tiles = setup->tileMode;
         views->views.samples = setup->samples;
         views->views.layers = layers;

@@ -31,6 +31,7 @@ struct SceneArguments {
     std::uint32_t mapSize = 512;
     std::vector<std::string> shadowSet;   // FIELD=VALUE of the viewports
     std::string show = "picture";         // a name of ShadowShow
+    std::string lightMap;                 // a file; empty: the one beside the scene
     std::vector<std::string> lights;
     std::string background;               // r,g,b
     std::string fog;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/app/held_tiles.h"
+#include "client/app/light_map_scene.h"
 #include "client/session/field_text.h"
 #include "client/session/views.h"
 #include "common/base/log.h"
@@ -39,8 +40,19 @@ std::vector<Cell> cells() {
     return all;
 }
 
-// The scene under every mode, drawn by the same servers. What cannot be drawn (a light map that was not baked) is left
-// out with a warning.
+// For the mode that needs one: of the map size, an atlas' too.
+Result<void> addLightMap(Aspect& scene, const Stage& stage, std::uint32_t mapSize) {
+    LightMapOptions options;
+    options.size = mapSize > 0 ? mapSize : 512;
+    const auto baked = bakeLightMapOf(scene, stage.root, options);
+    if (!baked) return baked.error();
+    const auto attached = attachLightMap(scene, stage.window, *baked);
+    if (!attached) return attached.error();
+    return {};
+}
+
+// The scene under every mode, drawn by the same servers. What cannot be drawn (a light map where no light stays) is
+// left out with a warning.
 Result<std::vector<FloatImage>> drawAll(const SceneArguments& arguments, const std::filesystem::path& serverProgram) {
     auto setup = checkSceneArguments(arguments);
     if (!setup) return setup.error();
@@ -63,6 +75,9 @@ Result<std::vector<FloatImage>> drawAll(const SceneArguments& arguments, const s
     HeldTiles tiles;
     std::vector<FloatImage> pictures;
     const auto draw = [&](const Cell& cell) -> Result<FloatImage> {
+        if (scene.get(viewport).shadowMode.get() == ShadowMode::LightMap)
+            if (const auto added = addLightMap(scene, (*loaded)->stage, arguments.mapSize); !added)
+                return added.error();
         auto views = resolveViews(scene, (*loaded)->stage.window, setup->wall);
         if (!views) return views.error();
         views->views.tiles = setup->tileMode;

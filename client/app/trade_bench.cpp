@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "client/app/light_map_scene.h"
 #include "client/app/output_files.h"
 #include "client/session/field_text.h"
 #include "client/session/views.h"
@@ -101,6 +102,27 @@ Result<TradeBench::Drawn> TradeBench::draw(std::uint32_t layers, bool wantPixels
     return drawn;
 }
 
+Result<void> TradeBench::apply(const TradeSetting& setting) {
+    const auto technique = parseTechnique(setting.technique);
+    if (!technique) return technique.error();
+    if (technique->mode == ShadowMode::LightMap) {
+        auto known = _lightMaps.find(setting.mapSize);
+        if (known == _lightMaps.end()) {
+            LightMapOptions options;
+            options.size = setting.mapSize;
+            if (options.size == 0) return badInput("light maps have no size 0: --map-sizes says how large they are");
+            const auto baked = bakeLightMapOf(scene(), scene().get(stage().viewport).root, options);
+            if (!baked) return baked.error();
+            const auto attached = attachLightMap(scene(), stage().window, *baked);
+            if (!attached) return attached.error();
+            known = _lightMaps.emplace(setting.mapSize, *attached).first;
+        }
+        for (const Ref<Viewport>& viewport : scene().get(stage().window).viewports.toVector())
+            scene().edit(viewport).set<&Viewport::lightMap>(known->second);
+    }
+    return _settings->apply(setting);
+}
+
 Result<void> TradeBench::buildScene() {
     const Viewport& viewport = scene().get(stage().viewport);
     ShadowScene::Options options;
@@ -184,6 +206,8 @@ Result<void> TradeBench::movePath(int frame) {
 }
 
 Result<void> TradeBench::look() {
+    for (const auto& [size, map] : _lightMaps) scene().destroy(map);
+    _lightMaps.clear();
     if (const auto set = _settings->apply({"none", 512, {}, {}, {}}); !set) return set.error();
     if (const auto built = buildScene(); !built) return built.error();
     auto looks = lookNow();
@@ -238,7 +262,7 @@ Result<void> TradeBench::time(std::vector<TradeRow>& rows, int frames) {
     const auto applyForCost = [&](const TradeRow& row) -> Result<void> {
         for (const Ref<Viewport>& viewport : scene().get(stage().window).viewports.toVector())
             scene().edit(viewport).set<&Viewport::reuseMaps>(false);
-        return _settings->apply(row.setting);
+        return apply(row.setting);
     };
     // One untimed frame each, so that no shader is compiled while the clock runs.
     for (TradeRow& row : rows) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -67,6 +68,8 @@ class TradeBench {
     Result<std::vector<Look>> lookNow();
     // The factors of each light in each look, after a setting was applied.
     Result<std::vector<std::vector<std::vector<float>>>> factorsNow();
+    // Applies a setting; a light map of its map size is baked when there is none yet.
+    Result<void> apply(const TradeSetting& setting);
     Result<void> movePath(int frame);
     // Mean change of the same surface points from frame to frame along the path, less the truth's.
     Result<double> flickerNow();
@@ -91,6 +94,7 @@ class TradeBench {
     double _eyesTruth = 0.0;
     std::vector<std::string> _machine;
     GeometryBounds _bounds;
+    std::map<std::uint32_t, Ref<LightMap>> _lightMaps;  // by size, of the scene as it was looked at
 };
 
 }  // namespace umbriel

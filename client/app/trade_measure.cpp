@@ -99,7 +99,7 @@ std::vector<std::uint8_t> TradeBench::judgedBy(const Look& look, std::size_t lig
 
 Result<void> TradeBench::measure(TradeRow& row) {
     UMBRIEL_ASSERT(!_looks.empty(), "look() comes before measure()");
-    if (const auto set = _settings->apply(row.setting); !set) return set.error();
+    if (const auto set = apply(row.setting); !set) return set.error();
     const auto factors = factorsNow();
     if (!factors) return factors.error();
     const auto resolved = resolveViews(scene(), stage().window, _setup.wall, &_bounds);

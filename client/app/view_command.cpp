@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 
 #include "client/app/frame_budget.h"
 #include "client/app/held_tiles.h"
+#include "client/app/light_map_scene.h"
 #include "client/app/orbit.h"
 #include "client/app/shadow_panel.h"
 #include "client/app/window.h"
@@ -117,6 +119,8 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
         if (!begun) return exitCodeOf(begun.error());
         budget.emplace(std::move(*begun));
     }
+    if (const auto applied = applyLightMap(sceneArguments, scene, stage.window); !applied)
+        return exitCodeOf(applied.error());
     setup->cluster.serverProgram = serverProgram;
     auto cluster = Cluster::connect(setup->cluster, types, setup->tiles);
     if (!cluster) return exitCodeOf(cluster.error());
@@ -127,6 +131,7 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
     std::optional<CameraControl> camera;
     ShadowPanel panel(scene, stage.window, stage.viewport);
     HeldTiles held;
+    std::set<std::string> warned;  // each thing once
     TimePoint titleTime = clock.now();
     std::uint64_t titleFrames = 0;
     for (std::uint64_t frames = 0; arguments.frames == 0 || frames < arguments.frames; ++frames) {
@@ -153,6 +158,8 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
             views = resolveViews(scene, stage.window, setup->wall);
         }
         if (!views) return exitCodeOf(views.error());
+        for (const std::string& warning : views->warnings)
+            if (warned.insert(warning).second) log::warning(warning);
         // From the light's view no orbit can be made.
         const bool isEye = scene.get(stage.viewport).show.get() != ShadowShow::LightView;
         if (!camera && isEye && !views->views.views.empty())

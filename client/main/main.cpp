@@ -10,6 +10,7 @@
 #include "client/app/compare_command.h"
 #include "client/app/doctor_command.h"
 #include "client/app/hdr_command.h"
+#include "client/app/light_map_command.h"
 #include "client/app/models_command.h"
 #include "client/app/render_command.h"
 #include "client/app/sheet_command.h"
@@ -64,6 +65,8 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
         .add_option("--shadow-set", arguments.shadowSet,
                     "FIELD=VALUE: any field of the viewport, as in offBias=0.5; repeatable")
         ->allow_extra_args(false);
+    command.add_option("--light-map", arguments.lightMap,
+                       "what --shadow light-map looks up, of umbriel bake --light-map (default: SCENE.umlight)");
     command.add_option("--map-size", arguments.mapSize, "shadow map size in texels; 0: the largest power of two within the wall")
         ->capture_default_str();
     command
@@ -129,6 +132,18 @@ void addBakeOptions(CLI::App& command, BakeArguments& arguments) {
     command.add_option("--audit", arguments.audit, "percent of the shards that two servers bake, and that must agree")
         ->capture_default_str();
     command.add_flag("--insecure-lan", arguments.insecureLan, "allow unencrypted servers beyond this machine");
+    command.add_option("--light-map", arguments.lightMap,
+                       "instead: shadows of the scene's static lights in an atlas of N x N texels, for --shadow light-map");
+    command.add_option("--from", arguments.from, "light maps: how they are made: rays")->capture_default_str();
+    command.add_option("--samples", arguments.texelSamples, "light maps: points along each side of a texel")
+        ->capture_default_str();
+    command.add_option("--light-samples", arguments.lightSamples,
+                       "light maps: rays along each side of a light with a size, from each point")
+        ->capture_default_str();
+    command.add_option("--light", arguments.lights, "light maps: lights in place of the scene's own, as of render")
+        ->allow_extra_args(false);
+    command.add_option("--moving", arguments.moving, "light maps: a node that will be moved, by name; repeatable")
+        ->allow_extra_args(false);
     command.add_flag("--json", arguments.json, "print what was done and measured as JSON");
     command.add_flag("--quiet", arguments.quiet, "print errors only");
     command.footer("Example: umbriel bake dress.obj --mapping hemisphere --size 32 --out dress.umvis");
@@ -364,6 +379,10 @@ int main(int argc, char** argv) {
         if (bake.scene.empty()) {
             std::cerr << "error: MESH is missing: umbriel bake MESH --out FILE.umvis\n";
             return 2;
+        }
+        if (bake.lightMap) {
+            if (bake.quiet) log::setLevel("error");
+            return runBakeLightMap(bake, std::cout, std::cerr);
         }
         return runBake(bake, std::cout, std::cerr);
     }

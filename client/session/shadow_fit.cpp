@@ -120,6 +120,7 @@ bool isFitted(ShadowMode mode) {
         case ShadowMode::VolumeZPass:
         case ShadowMode::VolumeZFail:
         case ShadowMode::Blob:
+        case ShadowMode::LightMap:
             return true;
         default:
             return false;
@@ -191,6 +192,7 @@ ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std:
     within("gauss", viewport.gauss, 0.0f, kLargestGauss, viewport.gauss > 0.0f ? kLargestGauss : 0.0f);
     within("edgeThreshold", viewport.edgeThreshold, 0.0f, 1e9f, 0.0f);
     request.lightSize = viewport.lightSize;
+    if (request.mode == ShadowMode::LightMap) request.lightMap = viewport.lightMap;
     request.blobSize = within("blobSize", viewport.blobSize, 1e-3f, 1e3f, 1.0f);
     const glm::dvec3 normal = viewport.planeNormal;
     const double length = glm::length(normal);

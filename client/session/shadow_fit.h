@@ -60,6 +60,7 @@ struct ShadowFitRequest {
     glm::dvec4 planeWorld{0.0};              // planar: unit normal and offset; 0: not known
     float blobSize = 1.0f;                   // blob
     bool tight = false;                      // a warp fits what views really see, not all the scene's box within them
+    Ref<LightMap> lightMap{};                // light map
     friend bool operator==(const ShadowFitRequest&, const ShadowFitRequest&) = default;
 };
 

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "client/session/camera.h"
+#include "client/session/light_map_fit.h"
 #include "client/session/light_view.h"
 #include "client/session/receiver_range.h"
 #include "client/session/shadow_fit.h"
@@ -56,7 +57,9 @@ bool sameShadows(const Viewport& a, const Viewport& b) {
     std::vector<std::string> messages;
     return a.root.get() == b.root.get() && a.mapSize.get() == b.mapSize.get() &&
            requestOf(a, a.mapSize, messages) == requestOf(b, b.mapSize, messages) &&
-           sorted(a.lightNodes.toVector()) == sorted(b.lightNodes.toVector());
+           sorted(a.lightNodes.toVector()) == sorted(b.lightNodes.toVector()) &&
+           (a.shadowMode.get() != ShadowMode::LightMap ||
+            sorted(a.excludeNodes.toVector()) == sorted(b.excludeNodes.toVector()));
 }
 
 // Whose volumes are made of both sides of every triangle. Nothing when all that casts is closed.
@@ -211,9 +214,16 @@ Result<ResolvedViews> resolveViews(const Aspect& aspect, Ref<Window> windowRef, 
         if (request.mode == ShadowMode::VolumeZPass || request.mode == ShadowMode::VolumeZFail)
             addOnce(messages, openCasters(aspect, viewport, geometryBounds));
         addOnce(result.warnings, messages);
-        std::vector<ReceiverRange> receivers;
-        if (request.tight) receivers = receiverRanges(partBounds(aspect, viewport.root, geometryBounds), seen);
-        const ShadowFits fits = fitShadows(aspect, lights, facts.bounds, seen, request, receivers);
+        ShadowFits fits;
+        if (request.mode == ShadowMode::LightMap) {
+            const LightMapUse use = useLightMap(aspect, viewport, facts.hierarchy);
+            addOnce(result.warnings, use.messages);
+            fits = fitWithLightMap(aspect, lights, facts.hierarchy, facts.bounds, seen, request, use);
+        } else {
+            std::vector<ReceiverRange> receivers;
+            if (request.tight) receivers = receiverRanges(partBounds(aspect, viewport.root, geometryBounds), seen);
+            fits = fitShadows(aspect, lights, facts.bounds, seen, request, receivers);
+        }
         addOnce(result.warnings, fits.messages);
         for (std::size_t index : group.views) {
             result.views.views[index].fits = fits.fits;

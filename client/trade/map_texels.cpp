@@ -49,13 +49,6 @@ std::optional<OnMap> onHemisphere(const ShadowFit& fit, const glm::dvec3& eyeWor
 
 }  // namespace
 
-AxesAcross axesAcross(const glm::dvec3& direction) {
-    const glm::dvec3 d = glm::normalize(direction);
-    const glm::dvec3 helper = std::abs(d.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
-    const glm::dvec3 u = glm::normalize(glm::cross(d, helper));
-    return {u, glm::cross(d, u)};
-}
-
 std::optional<glm::dmat2> surfaceFromTexels(std::span<const ShadowFit> fits, const glm::dvec3& eyeWorld,
                                             const glm::dvec3& relative, const AxesAcross& surface) {
     std::optional<OnMap> best;

@@ -5,14 +5,9 @@
 #include <vector>
 
 #include "client/trade/surface_points.h"
+#include "common/math/disc_sampling.h"
 
 namespace umbriel {
-
-// Two unit vectors across a direction, and across each other.
-struct AxesAcross {
-    glm::dvec3 u, v;
-};
-AxesAcross axesAcross(const glm::dvec3& direction);
 
 // A step of one texel in x and in y of a light's map, as it lies on a surface: metres along two axes of the surface's
 // plane. `fits` are all of one light: its map, or the faces or hemispheres around it, of which the one that holds the

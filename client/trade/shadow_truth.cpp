@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "client/trade/map_texels.h"
+#include "common/math/disc_sampling.h"
 
 namespace umbriel {
 namespace {
@@ -27,25 +28,6 @@ void forEachRow(int rows, int threads, const Row& row) {
     for (int i = 1; i < count; ++i) others.emplace_back(work);
     work();
     for (std::thread& other : others) other.join();
-}
-
-// Uniform in [0, 1), a function of its arguments only (the finaliser of MurmurHash3, Appleby 2011).
-double hashed(std::uint64_t pixel, std::uint64_t sample) {
-    std::uint64_t h = pixel * 0x9e3779b97f4a7c15ULL + sample * 0xc2b2ae3d27d4eb4fULL + 0x165667b19e3779f9ULL;
-    h = (h ^ (h >> 33)) * 0xff51afd7ed558ccdULL;
-    h = (h ^ (h >> 33)) * 0xc4ceb9fe1a85ec53ULL;
-    return static_cast<double>((h ^ (h >> 33)) >> 11) * 0x1p-53;
-}
-
-// From the unit square to the unit disc, areas kept (Shirley and Chiu 1997).
-glm::dvec2 onDisc(double x, double y) {
-    const double a = 2.0 * x - 1.0, b = 2.0 * y - 1.0;
-    if (a == 0.0 && b == 0.0) return glm::dvec2(0.0);
-    const bool wide = std::abs(a) > std::abs(b);
-    const double radius = wide ? a : b;
-    const double angle =
-        wide ? 0.25 * std::numbers::pi * (b / a) : 0.5 * std::numbers::pi - 0.25 * std::numbers::pi * (a / b);
-    return {radius * std::cos(angle), radius * std::sin(angle)};
 }
 
 // To the light's middle; for a directional light a unit vector without an end.
@@ -108,9 +90,9 @@ std::vector<float> shadowTruth(const ShadowScene& scene, const SurfacePoints& po
             if (!(glm::length(middle.direction) > 0.0)) continue;
             const AxesAcross axes = axesAcross(middle.direction);
             for (std::size_t k = 0; k < strata.size(); ++k) {
-                const double u = (strata[k].x + hashed(i, 2 * k)) / side,
-                             v = (strata[k].y + hashed(i, 2 * k + 1)) / side;
-                rays[k] = toSample(light, middle, axes, onDisc(u, v));
+                const double u = (strata[k].x + hashedUnit(i, 2 * k)) / side,
+                             v = (strata[k].y + hashedUnit(i, 2 * k + 1)) / side;
+                rays[k] = toSample(light, middle, axes, discFromSquare(u, v));
             }
             const auto count = [&](std::size_t first, std::size_t end) {
                 scene.rays().blocked(origin, own, std::span(rays).subspan(first, end - first),

@@ -4,6 +4,7 @@
 #include "common/scene/cameras.h"
 #include "common/scene/deformation.h"
 #include "common/scene/environment.h"
+#include "common/scene/light_map.h"
 #include "common/scene/lights.h"
 #include "common/scene/materials.h"
 #include "common/scene/nodes.h"
@@ -50,6 +51,7 @@ void registerCoreTypes(TypeRegistry& types) {
     types.add<AnimationChannel>();
     types.add<Animation>();
     types.add<LoadedScene>();
+    types.add<LightMap>();
 }
 
 }  // namespace umbriel

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/scene/cameras.h"
+#include "common/scene/light_map.h"
 #include "common/scene/materials.h"
 
 namespace umbriel {
@@ -152,6 +153,7 @@ struct Viewport : Container {
     Single<bool> foreignShading{false};    // unlit surfaces, whose light is in their colour, are darkened as a whole
     Single<ShadowShow> show{ShadowShow::Picture};
     Single<std::uint32_t> showLight{0u};  // of what is shown: which of the lights with a shadow, by their ids
+    Single<Ref<LightMap>> lightMap;        // light map: what was baked; none: standard maps
 
     static void declare(TypeBuilder<Viewport>& type) {
         type.field<&Viewport::lowerLeft>("lowerLeft");
@@ -196,6 +198,7 @@ struct Viewport : Container {
         type.field<&Viewport::foreignShading>("foreignShading");
         type.field<&Viewport::show>("show");
         type.field<&Viewport::showLight>("showLight");
+        type.field<&Viewport::lightMap>("lightMap");
     }
 };
 

@@ -32,6 +32,10 @@ enum class Layer : std::uint32_t {
 //   Hemisphere: all around a point by two paraboloids (Brabec et al. 2002); part 0 looks along the light's -z, 1 along +z.
 enum class ShadowShape : std::uint32_t { Single, CubeFace, Hemisphere };
 
+// Which casters a map is drawn of, beside a light map (module LightMap): those whose shadows are in it, or the others,
+// which move.
+enum class ShadowCasters : std::uint32_t { All, Fixed, Moving };
+
 // How a map is filtered (modules PCF and PPCF).
 struct ShadowFilter {
     float widthTexels = 0.0f;             // of the filter, side to side
@@ -74,6 +78,8 @@ struct ShadowFit {
     ShadowFilter filter;
     glm::dvec4 planeWorld{0.0};           // planar modules: unit normal, offset; normal . point + offset = 0
     float blobSize = 1.0f;                // blobs: of the object's radius
+    ShadowCasters casters = ShadowCasters::All;
+    std::uint32_t layer = 0;              // light maps: of the viewport's light map
     friend bool operator==(const ShadowFit&, const ShadowFit&) = default;
 };
 

@@ -10,7 +10,7 @@ constexpr std::size_t kMaxFits = 1024;
 constexpr std::int32_t kMaxPixels = 1 << 24;
 constexpr std::uint32_t kAllLayers = static_cast<std::uint32_t>(Layer::LightFactors) * 2 - 1;
 // The smallest encodings, for refusing counts before anything is reserved.
-constexpr std::size_t kMinFitBytes = 8 + 1 + 1 + 1 + 1 + 1 + 72 + 24 + 128 + 16 + 12 + 8 + 3 + 8 + 2 + 36;
+constexpr std::size_t kMinFitBytes = 8 + 1 + 1 + 1 + 1 + 1 + 72 + 24 + 128 + 16 + 12 + 8 + 3 + 8 + 2 + 36 + 2;
 constexpr std::size_t kMinViewBytes = 8 + 1 + 4 + 24 + 72 + 128 + 8 + 1 + 1;
 
 template <class Matrix>
@@ -58,6 +58,8 @@ void writeFit(Writer& writer, const ShadowFit& fit) {
     writer.u8(fit.filter.nearestBlocker ? 1 : 0);
     writer.u8(fit.filter.bilinear ? 1 : 0);
     writer.varint(fit.filter.boundsBlock);
+    writer.varint(static_cast<std::uint32_t>(fit.casters));
+    writer.varint(fit.layer);
 }
 
 ShadowFit readFit(Reader& reader) {
@@ -89,6 +91,8 @@ ShadowFit readFit(Reader& reader) {
     fit.filter.nearestBlocker = reader.boolean();
     fit.filter.bilinear = reader.boolean();
     fit.filter.boundsBlock = static_cast<std::uint32_t>(reader.bounded(1 << 12, "the blocks of a map are too large"));
+    fit.casters = static_cast<ShadowCasters>(reader.bounded(2, "unknown casters"));
+    fit.layer = static_cast<std::uint32_t>(reader.bounded(1 << 16, "a light map has no such layer"));
     return fit;
 }
 

@@ -66,8 +66,10 @@ std::pair<double, double> rangeInBand(std::span<const glm::dvec2> hull, double b
 CasterMask::CasterMask(const ShadowFit& fit, const glm::dvec3& eyeWorld)
     : _clipFromRelative(fit.clipFromWorld * glm::translate(glm::dmat4(1.0), eyeWorld)),
       _mapSize(fit.mapSize),
-      _dilation(lookupReach(fit) * kCells / fit.mapSize),
-      _farthest(static_cast<std::size_t>(kCells) * kCells, kUnmarked) {
+      _casters(fit.casters),
+      _dilation(fit.mapSize > 0 ? lookupReach(fit) * kCells / fit.mapSize : 0.0),
+      _farthest(fit.mapSize > 0 ? static_cast<std::size_t>(kCells) * kCells : 0, kUnmarked) {
+    if (_mapSize == 0) return;
     _isAround = fit.shape == ShadowShape::Hemisphere;
     const glm::dmat3 acrossFromMap = umbriel::acrossFromMap(fit, fit.perspective ? fit.positionWorld : eyeWorld);
     _unwarp = {acrossFromMap[0][2], acrossFromMap[1][2], acrossFromMap[2][2]};
@@ -151,7 +153,7 @@ bool CasterMask::covers(const CasterMask& other) const {
 
 void CasterMask::addReceiver(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum,
                              bool isInside) {
-    if (box.empty() || _isEverything) return;
+    if (box.empty() || _isEverything || _mapSize == 0) return;
     if (_isAround) return markEverything();
     Footprint& footprint = isInside ? footprintOf(cornersRelative(box, relativeFromObject))
                                     : footprintOf(hullOfIntersection(box, relativeFromObject, frustum));

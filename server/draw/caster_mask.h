@@ -23,6 +23,8 @@ class CasterMask {
     bool casts(const Box& box, const glm::dmat4& relativeFromObject) const;
 
     bool empty() const { return _marked.empty(); }
+    // Of the fit.
+    ShadowCasters casters() const { return _casters; }
     // As if every place of the map were looked up, however deep.
     void markEverything();
     bool isEverything() const { return _isEverything; }
@@ -46,7 +48,8 @@ class CasterMask {
 
     glm::dmat4 _clipFromRelative;
     glm::dvec3 _unwarp;  // undistorted depth = z / w / dot(unwarp, (x, y, 1))
-    std::uint32_t _mapSize;
+    std::uint32_t _mapSize;  // 0: no map, nothing is marked
+    ShadowCasters _casters;
     double _dilation;              // cells
     std::vector<float> _farthest;  // reversed depth of the farthest receiver by cell; 2: none
     PixelRect _marked;             // cells

@@ -426,6 +426,7 @@ Result<void> DarknessPainter::paintFactors(const Aspect& scene, const ViewScene&
             current = *program;
             if (isReached) {
                 bindLights(*current, run);
+                if (has(item.factorFeatures, Feature::ShadowLightMap)) bindLightMap(view, item);
                 if (!run.block) current->set(5, place);
             }
             current->set(0, glm::mat4(item.relativeFromObject));

@@ -60,7 +60,9 @@ DrawList listVisible(const ViewScene& scene, const Frustum& frustum) {
 void markReceivers(const ViewScene& scene, const Frustum& frustum, std::span<CasterMask> masks) {
     const auto mark = [&](const SurfaceItem& item, const Box& box, bool isInside) {
         if (!has(item.features, Feature::Shadows) && !has(item.layerFeatures, Feature::Shadows)) return;
-        for (CasterMask& mask : masks) mask.addReceiver(box, item.relativeFromObject, frustum, isInside);
+        for (CasterMask& mask : masks)
+            if (mask.casters() != ShadowCasters::Fixed || !item.isInLightMap)
+                mask.addReceiver(box, item.relativeFromObject, frustum, isInside);
     };
     visitVisible(
         scene, frustum,
@@ -71,12 +73,13 @@ void markReceivers(const ViewScene& scene, const Frustum& frustum, std::span<Cas
         });
 }
 
-DrawList listCasters(const ViewScene& scene, const CasterMask& mask) {
+DrawList listCasters(const ViewScene& scene, const CasterMask& mask, ShadowCasters casters) {
     DrawList list;
     if (mask.empty()) return list;
     for (std::uint32_t i = 0; i < scene.items.size(); ++i) {
         const SurfaceItem& item = scene.items[i];
-        if (!item.castsShadow || !mask.casts(item.geometry->box(), item.relativeFromObject)) continue;
+        if (!item.castsShadow || !item.isAmong(casters)) continue;
+        if (!mask.casts(item.geometry->box(), item.relativeFromObject)) continue;
         const std::span<const Cluster> clusters = item.geometry->clusters();
         const std::span<const ClusterGroup> groups = item.geometry->groups();
         for (const ClusterGroup& group : groups) {

@@ -37,7 +37,7 @@ struct DrawList {
 DrawList listVisible(const ViewScene& scene, const Frustum& frustum);
 // Tells the masks (of the view's shadows, by index) which surfaces can be seen through the frustum.
 void markReceivers(const ViewScene& scene, const Frustum& frustum, std::span<CasterMask> masks);
-// What can darken something visible through that mask, in the light of that shadow.
-DrawList listCasters(const ViewScene& scene, const CasterMask& mask);
+// What of these casters can darken something visible through that mask, in the light of that shadow.
+DrawList listCasters(const ViewScene& scene, const CasterMask& mask, ShadowCasters casters);
 
 }  // namespace umbriel

@@ -77,6 +77,8 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_SHADOW_SKIP", "skipped-samples"},
     {"FEATURE_SHADOW_BOUNDS", "map-bounds"},
     {"FEATURE_SHADOW_VIEW", "view-shadows"},
+    {"FEATURE_SHADOW_LIGHT_MAP", "light-map"},
+    {"FEATURE_SHADOW_MIXED", "light-map-beside-maps"},
 };
 
 const char* nameOf(PassKind kind) {
@@ -125,6 +127,18 @@ const char* nameOf(BackgroundKind kind) {
             return "image";
         case BackgroundKind::Environment:
             return "environment";
+    }
+    return "";
+}
+
+const char* nameOf(ShadowCasters among) {
+    switch (among) {
+        case ShadowCasters::All:
+            return "";
+        case ShadowCasters::Fixed:
+            return " in the light map";
+        case ShadowCasters::Moving:
+            return " not in the light map";
     }
     return "";
 }
@@ -213,25 +227,34 @@ class Planner {
         const ViewDemand& demand = _demands[view];
         std::uint32_t largest = 0;
         std::uint32_t block = 0;
+        std::uint32_t maps = 0;
+        if (demand.lightMap.size > 0)
+            _plan.targets.push_back(
+                {fmt::format("light map {}", view),
+                 "R8 and charts",
+                 {static_cast<std::int32_t>(demand.lightMap.size), static_cast<std::int32_t>(demand.lightMap.size)},
+                 demand.lightMap.lights,
+                 1,
+                 demand.lightMap.bytes});
         for (std::uint32_t i = 0; i < demand.shadows.size(); ++i) {
             const ViewDemand::Shadow& shadow = demand.shadows[i];
             const ShadowDemand& wanted = shadow.demand;
             if (wanted.mapTexels == 0) continue;
+            ++maps;
             largest = std::max(largest, wanted.mapTexels);
             block = std::max(block, wanted.boundsBlock);
             add({PassKind::ShadowMap, view, i, 0, fmt::format("shadow maps {}", view),
-                 fmt::format("{}: {}{}{}, {} texels, {} casters{}", shadow.light, wanted.module,
+                 fmt::format("{}: {}{}{}, {} texels, {} casters{}{}", shadow.light, wanted.module,
                              wanted.part.empty() ? "" : " ", wanted.part, wanted.mapTexels, shadow.casters,
-                             shadow.maskedCasters ? fmt::format(" ({} cut out)", shadow.maskedCasters) : "")});
+                             shadow.maskedCasters ? fmt::format(" ({} cut out)", shadow.maskedCasters) : "",
+                             nameOf(shadow.among))});
         }
         if (largest > 0)
             addTarget(fmt::format("shadow maps {}", view), "D32F",
-                      {static_cast<std::int32_t>(largest), static_cast<std::int32_t>(largest)},
-                      static_cast<std::uint32_t>(demand.shadows.size()), 1, 4);
+                      {static_cast<std::int32_t>(largest), static_cast<std::int32_t>(largest)}, maps, 1, 4);
         if (block > 0) {
             const auto blocks = static_cast<std::int32_t>((largest + block - 1) / block);
-            addTarget(fmt::format("shadow bounds {}", view), "RGBA32F", {blocks, blocks},
-                      static_cast<std::uint32_t>(demand.shadows.size()), 1, 16);
+            addTarget(fmt::format("shadow bounds {}", view), "RGBA32F", {blocks, blocks}, maps, 1, 16);
             const auto tiles = static_cast<std::int32_t>((largest + 1) / 4 + 1);
             addTarget(fmt::format("shadow tiles {}", view), "RGBA32F", {tiles, tiles}, 1, 1, 16);
         }

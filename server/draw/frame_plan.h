@@ -82,6 +82,8 @@ enum class Feature : std::uint32_t {
     ShadowSkip,
     ShadowBounds,
     ShadowView,
+    ShadowLightMap,
+    ShadowMixed,
     Count
 };
 inline constexpr std::uint32_t kFeatureCount = static_cast<std::uint32_t>(Feature::Count);
@@ -145,10 +147,17 @@ struct ViewDemand {
     struct Shadow {
         std::string light;
         ShadowDemand demand;
+        ShadowCasters among = ShadowCasters::All;
         std::uint32_t casters = 0;        // draw items
         std::uint32_t maskedCasters = 0;  // of these, cut out by a texture
     };
     std::vector<Shadow> shadows;
+    struct LightMap {
+        std::uint32_t size = 0;  // texels a side; 0: no surface looks one up
+        std::uint32_t lights = 0;
+        std::uint64_t bytes = 0;  // with its charts
+    };
+    LightMap lightMap;
     ScreenShadow screen;
     std::vector<std::string> darkLights;  // those with a shadow, by layer
     ShadowShow show = ShadowShow::Picture;

@@ -67,6 +67,8 @@ class GpuGeometry {
     const BufferTexture& flatFaces() const { return _flatFaceTexture; }
     // True when drawing needs the table of original triangle numbers (ids layer).
     bool isReordered() const { return !_primitives.empty(); }
+    // By drawn triangle its number in the scene's geometry; empty: the same.
+    std::span<const std::uint32_t> sceneTriangles() const { return _primitives; }
     // For what computes vertices on the GPU (deformer.h): empty buffers for what there is not.
     const gl::Buffer& positions() const { return _positions; }
     const gl::Buffer& normals() const { return _normals; }

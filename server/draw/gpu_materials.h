@@ -28,6 +28,7 @@ enum class TextureUnit : GLuint {
     Darkness,
     Environment = 12,  // and the two after it
     Positions = 15,    // of the passes that draw darkness
+    LightMap = 15,     // of surfaces and layers, in views that have one
 };
 inline constexpr std::size_t kMaterialTextures = 6;
 

@@ -160,8 +160,14 @@ ShownLight shownLightOf(const ViewScene& view) {
     for (std::uint32_t i = 0; light && i < view.lights.fits.size(); ++i) {
         if (view.lights.fits[i]->light != *light) continue;
         if (shown.parts++ == 0) shown.first = i;
+        if (view.lights.fits[i]->mode == ShadowMode::LightMap) break;  // has no maps of its own to show
     }
     return shown;
+}
+
+void bindLightMap(const ViewScene& view, const SurfaceItem& item) {
+    view.lightMap->bind();
+    item.lightMapPlaces->bindBase(GL_SHADER_STORAGE_BUFFER, GpuLightMap::kPlacesBinding);
 }
 
 GpuScene::GpuScene(std::size_t textureBudgetBytes, int maxTextureSize)
@@ -175,6 +181,8 @@ void GpuScene::changed(const ChangeList& changes, const Aspect& scene) {
             _movedTransforms.push_back(change.id);
         } else if (isA<EnvironmentMap>(*container)) {
             _environments.forget(change.id);
+        } else if (isA<LightMap>(*container)) {
+            _lightMaps.forget(change.id);
         } else if (isA<Skin>(*container)) {
             _deformer.changed(change.id);
         } else if (isA<DeformedGeometry>(*container)) {
@@ -213,6 +221,7 @@ void GpuScene::changed(const ChangeList& changes, const Aspect& scene) {
         }
         _deformer.changed(id);
         _environments.forget(id);
+        _lightMaps.forget(id);
         _pending.erase(id);
         _textures.forget(id);
         _materials.changed(id);
@@ -277,14 +286,23 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
     const bool wantsLayers = (layers & ~static_cast<std::uint32_t>(Layer::Colour)) != 0;
     const bool wantsFactors = (layers & static_cast<std::uint32_t>(Layer::LightFactors)) != 0;
 
-    std::vector<Caster> casters;  // in the tree's order, which the eye does not change
+    const bool asksLightMap = std::any_of(result.lights.fits.begin(), result.lights.fits.end(),
+                                          [](const ShadowFit* fit) { return fit->mode == ShadowMode::LightMap; });
+    const LightMap* lightMap = asksLightMap ? scene.find(viewport.lightMap.get()) : nullptr;
+    if (lightMap) {
+        auto found = _lightMaps.find(scene, lightMap->id());
+        if (!found) return found.error();
+        result.lightMap = *found;
+    }
+    // By ShadowCasters, in the tree's order, which the eye does not change.
+    std::array<std::vector<Caster>, 3> casters;
     for (const SceneTree::Item& source : tree.items()) {
         if (!hidden.empty() && hidden[source.entry]) continue;
         SurfaceItem item;
         item.node = source.node;
         item.run = source.lightSet;
         item.material = &_materials.find(scene, _textures, source.material);
-        const LightList::Run& run = result.lights.runs[source.lightSet];
+        LightList::Run run = result.lights.runs[source.lightSet];
         const FeatureSet materialFeatures = item.material->features;
         const bool isLit = (materialFeatures & kLit) != 0;
         const Geometry* geometry = scene.findAs<Geometry>(source.geometry);
@@ -315,6 +333,10 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         }
         if (!item.geometry || item.geometry->triangles() == 0) continue;
 
+        item.isInLightMap = result.lightMap && !source.deformation && result.lightMap->holds(item.node, *item.geometry);
+        // What is not in the light map has maps instead.
+        if (!item.isInLightMap && has(run.features, Feature::ShadowLightMap))
+            run.features = (run.features & ~bit(Feature::ShadowLightMap)) | bit(Feature::ShadowMixed);
         const FeatureSet attributes = item.geometry->attributes();
         item.features = surfaceFeatures(*item.material, attributes, run, shading) | fogFeature(result.fog);
         if (isLit && result.environments[item.run]) item.features |= bit(Feature::Environment);
@@ -346,13 +368,27 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         const glm::dvec3 middle(item.relativeFromObject * glm::dvec4(item.geometry->box().centre(), 1.0));
         item.distance = glm::length(middle);
         item.depthBucket = depthBucketOf(item.distance);
-        if (item.castsShadow) casters.push_back(casterOf(item));
+        if (item.castsShadow) {
+            casters[0].push_back(casterOf(item));
+            if (result.lightMap) casters[item.isInLightMap ? 1 : 2].push_back(casters[0].back());
+        }
         result.items.push_back(item);
     }
-    casters.push_back({});
-    casters.back().revision = _revision;
-    casters.back().content = _deformer.deformedVertices();  // grows whenever a caster changes its shape
-    result.casterState = hash64(std::as_bytes(std::span(casters)));
+    // Only now does every geometry have the order that all of its users need.
+    for (SurfaceItem& item : result.items) {
+        if (!item.isInLightMap) continue;
+        auto places = result.lightMap->placesOf(*lightMap, item.node, *item.geometry);
+        if (!places) return places.error();
+        item.lightMapPlaces = *places;
+    }
+    for (std::size_t i = 0; i < casters.size(); ++i) {
+        casters[i].push_back({});
+        casters[i].back().revision = _revision;
+        // Grows whenever a caster changes its shape; what is deformed is never fixed.
+        if (static_cast<ShadowCasters>(i) != ShadowCasters::Fixed)
+            casters[i].back().content = _deformer.deformedVertices();
+        result.casterStates[i] = hash64(std::as_bytes(std::span(casters[i])));
+    }
     const auto isBlended = [](const SurfaceItem& item) { return has(item.features, Feature::AlphaBlend); };
     const auto middle = std::stable_partition(result.items.begin(), result.items.end(), std::not_fn(isBlended));
     result.opaqueItems = static_cast<std::size_t>(middle - result.items.begin());

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <map>
 #include <unordered_map>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "server/draw/deformer.h"
 #include "server/draw/gpu_environments.h"
 #include "server/draw/gpu_geometry.h"
+#include "server/draw/gpu_light_map.h"
 #include "server/draw/gpu_materials.h"
 #include "server/draw/gpu_textures.h"
 #include "server/draw/light_list.h"
@@ -35,6 +37,13 @@ struct SurfaceItem {
     int depthBucket = 0;    // of the distance; orders opaque items, near ones first
     bool isMirrored = false;
     bool castsShadow = true;
+    bool isInLightMap = false;                   // of the view
+    const gl::Buffer* lightMapPlaces = nullptr;  // then: the charts of its triangles
+
+    // Whether it is one of these.
+    bool isAmong(ShadowCasters casters) const {
+        return casters == ShadowCasters::All || (casters == ShadowCasters::Fixed) == isInLightMap;
+    }
 };
 
 // Which sides of an item are drawn, and which way they are wound.
@@ -47,6 +56,8 @@ struct ShownLight {
     std::uint32_t parts = 0;  // 0: no light has a shadow
 };
 ShownLight shownLightOf(const ViewScene& view);
+// What the light map's shaders read for a surface that is in one.
+void bindLightMap(const ViewScene& view, const SurfaceItem& item);
 
 // Everything about one view that does not depend on the tile, so that all tiles draw the same in the same order.
 struct ViewScene {
@@ -59,7 +70,9 @@ struct ViewScene {
     std::size_t opaqueItems = 0;
     std::vector<std::optional<EnvironmentUse>> environments;  // by run; none: no environment lights it
     std::vector<Deformer::Size> deformed;  // of the geometries that are not at rest
-    std::uint64_t casterState = 0;  // a hash of everything that shadow maps are drawn from, beside their fits
+    GpuLightMap* lightMap = nullptr;       // null: no light's factors are in one
+    // By ShadowCasters: a hash of everything that shadow maps are drawn from, beside their fits.
+    std::array<std::uint64_t, 3> casterStates{};
 };
 
 // The scene on the GPU. Follows change lists; a frame costs what changed plus a pass over the draw items.
@@ -91,6 +104,7 @@ class GpuScene {
     GpuMaterials _materials;
     Deformer _deformer;
     GpuEnvironments _environments;
+    GpuLightMaps _lightMaps;
     std::unordered_map<ContainerId, GpuGeometry> _geometries;
     std::map<ContainerId, std::vector<MultiChange>> _pending;
     std::uint64_t _uploadedByForgotten = 0;

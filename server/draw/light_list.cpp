@@ -149,6 +149,10 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
     std::vector<glm::vec3> ambient(tree.lights().size(), glm::vec3(0.0f));
     std::vector<FeatureSet> features(tree.lights().size(), 0);
     std::map<ContainerId, gpu::uint> webs;
+    std::vector<std::uint8_t> hasMaps(tree.lights().size(), 0);
+    std::uint32_t maps = 0;
+    const LightMap* lightMap = viewport ? scene.find(viewport->lightMap.get()) : nullptr;
+    const std::size_t lightMapLayers = lightMap ? lightMap->lightStates.size() : 0;
     for (std::size_t i = 0; i < tree.lights().size(); ++i) {
         const SceneTree::Light& source = tree.lights()[i];
         if (!chosen(source.node)) continue;
@@ -169,13 +173,23 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
         if (shadowsOn && described->castsShadow)
             for (const ShadowFit& fit : view.fits) {
                 const ShadowModule* module = shadowModule(fit.mode);
-                if (!module || (fit.mapSize == 0 && !module->demand(fit).inView) ||
-                    (fit.light != source.light && fit.light != source.node))
-                    continue;
+                if (!module || (fit.light != source.light && fit.light != source.node)) continue;
+                const ShadowDemand demand = module->demand(fit);
+                if (demand.inLightMap ? fit.layer >= lightMapLayers : fit.mapSize == 0 && !demand.inView) continue;
                 gpu::GpuShadow shadow = module->describe(fit, view.eyeWorld);
-                shadow.layer = static_cast<float>(list.shadows.size());
-                if (described->light.shadowIndex < 0)
-                    described->light.shadowIndex = static_cast<std::int32_t>(list.shadows.size());
+                const auto index = static_cast<std::uint32_t>(list.shadows.size());
+                if (!demand.inLightMap && !demand.inView) {
+                    shadow.layer = static_cast<float>(maps++);
+                    hasMaps[i] = 1;
+                }
+                if (described->light.shadowIndex < 0) {
+                    described->light.shadowIndex = static_cast<std::int32_t>(index);
+                } else if (fit.casters == ShadowCasters::Moving) {
+                    // Beside the light map, which comes first; of several parts the first one.
+                    const auto own = static_cast<std::uint32_t>(described->light.shadowIndex);
+                    gpu::GpuShadow& first = list.shadows[own];
+                    if (first.shape == gpu::kShadowLightMap && first.besideMap == 0) first.besideMap = index - own;
+                }
                 list.shadows.push_back(shadow);
                 list.fits.push_back(&fit);
                 list.shadowLights.push_back(described->light.index);
@@ -194,16 +208,19 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
     std::uint32_t blocks = 0;
     for (const std::vector<std::uint32_t>& set : tree.lightSets()) {
         LightList::Run run;
+        bool anyMaps = false;
         run.first = static_cast<std::uint32_t>(list.indices.size());
         for (const std::uint32_t light : set) {
             run.ambient += ambient[light];
             run.features |= features[light];
+            anyMaps = anyMaps || hasMaps[light] != 0;
             if (listed[light] < 0) continue;
             const auto index = static_cast<std::uint32_t>(listed[light]);
             list.indices.push_back(index);
             if (list.lights[index].shadowIndex >= 0) ++run.shadows;
         }
         run.count = static_cast<std::uint32_t>(list.indices.size()) - run.first;
+        if (anyMaps && has(run.features, Feature::ShadowLightMap)) run.features |= bit(Feature::ShadowMixed);
         if (run.count >= 1 && run.count <= gpu::kBlockLights && partsFitBlocks(list)) {
             constexpr Feature kCounts[gpu::kBlockLights] = {Feature::OneLight, Feature::TwoLights, Feature::ThreeLights,
                                                             Feature::FourLights};

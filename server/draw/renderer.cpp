@@ -6,6 +6,7 @@
 #include <chrono>
 #include <ctime>
 #include <deque>
+#include <set>
 
 #include "server/draw/tile_painter.h"
 #include "server/draw/tile_pieces.h"
@@ -47,13 +48,15 @@ ViewDemand demandOf(const Aspect& scene, const ViewScene& view) {
         shadow.light = view.lights.names[view.lights.shadowLights[i]];
         const ShadowFit& fit = *view.lights.fits[i];
         shadow.demand = shadowModule(fit.mode)->demand(fit);
+        shadow.among = fit.casters;
         for (const SurfaceItem& item : view.items) {
-            if (!item.castsShadow) continue;
+            if (!item.castsShadow || !item.isAmong(fit.casters)) continue;
             ++shadow.casters;
             if (item.casterFeatures != 0) ++shadow.maskedCasters;
         }
         demand.shadows.push_back(shadow);
     }
+    if (view.lightMap) demand.lightMap = {view.lightMap->size(), view.lightMap->layers(), view.lightMap->bytes()};
     demand.screen = view.screen;
     demand.show = view.viewport->show;
     if (const ShownLight shown = shownLightOf(view); shown.parts > 0) {
@@ -138,6 +141,10 @@ class SceneRenderer final : public Renderer {
         statistics.shadowTriangles = _painter.counts().shadowTriangles;
         if (_timer) statistics.gpuMilliseconds = static_cast<double>(_timer.result()) * 1e-6;
         for (const KeptShadowMaps& kept : _shadowMaps) statistics.shadowMapBytes += kept.maps.bytes();
+        std::set<const GpuLightMap*> counted;
+        for (const ViewPainting& painting : paintings)
+            if (painting.scene.lightMap && counted.insert(painting.scene.lightMap).second)
+                statistics.shadowMapBytes += painting.scene.lightMap->bytes();
         statistics.cpuMilliseconds = processorMilliseconds() - cpuStart;
         statistics.drawMilliseconds =
             std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -182,6 +189,7 @@ class SceneRenderer final : public Renderer {
         view.lights.shadows.clear();
         view.lights.shadowLights.clear();
         view.lights.darkLights.clear();
+        view.lightMap = nullptr;
         view.screen.factors = false;
         view.screen.radius = 0.0f;
         view.screen.edges = view.screen.edges && view.viewport && view.viewport->show.get() == ShadowShow::EdgeMap;
@@ -213,7 +221,9 @@ class SceneRenderer final : public Renderer {
                 _shadowMaps[i] = KeptShadowMaps();
                 continue;
             }
-            const auto layers = static_cast<std::uint32_t>(demands[i].shadows.size());
+            const auto layers = static_cast<std::uint32_t>(
+                std::count_if(demands[i].shadows.begin(), demands[i].shadows.end(),
+                              [](const ViewDemand::Shadow& shadow) { return shadow.demand.mapTexels > 0; }));
             auto reserved = _shadowMaps[i].maps.reserve(mapSize, layers, block);
             if (!reserved) return reserved.error();
             if (*reserved) _shadowMaps[i].drawn.clear();

@@ -116,7 +116,7 @@ Result<void> ShowPainter::show(const ViewScene& scene, const DarknessImages& ima
         glProgramUniform4i((*program)->id(), 0, layout.columns, layout.rows, layout.side,
                            static_cast<GLint>(shown.parts));
         (*program)->set(1, glm::ivec2(layout.x, layout.y));
-        (*program)->set(2, shown.first);
+        (*program)->set(2, static_cast<std::uint32_t>(scene.lights.shadows[shown.first].layer));
     }
     if (!_noVertices) _noVertices = gl::VertexArray::create();
     _noVertices.bind();

@@ -31,6 +31,11 @@ bool isMapShown(const ViewScene& scene) {
     return show == ShadowShow::ShadowMap || show == ShadowShow::SeenArea;
 }
 
+// Of the view's maps, for a shadow that has one.
+std::uint32_t mapLayerOf(const ViewPainting& painting, std::uint32_t shadow) {
+    return static_cast<std::uint32_t>(painting.scene.lights.shadows[shadow].layer);
+}
+
 // Relative to the viewport up to 1, pixels above.
 float placed(float value, std::int32_t origin, std::int32_t size) {
     return static_cast<float>(origin) + (value <= 1.0f ? value * static_cast<float>(size) : value);
@@ -180,15 +185,17 @@ Result<void> TilePainter::drawCasters(const Aspect& scene, const ViewPainting& p
 
 bool TilePainter::isKept(const ViewPainting& painting, std::uint32_t shadow) const {
     if (!painting.scene.viewport->reuseMaps) return false;
-    const KeptShadowMaps::Layer& layer = painting.shadowMaps->drawn[shadow];
-    return layer.mask && layer.fit == *painting.scene.lights.fits[shadow] &&
-           layer.casters == painting.scene.casterState;
+    const KeptShadowMaps::Layer& layer = painting.shadowMaps->drawn[mapLayerOf(painting, shadow)];
+    const ShadowFit& fit = *painting.scene.lights.fits[shadow];
+    return layer.mask && layer.fit == fit &&
+           layer.casters == painting.scene.casterStates[static_cast<std::size_t>(fit.casters)];
 }
 
 Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& painting, std::uint32_t shadow) {
     CasterMask& mask = painting.masks[shadow];
     if (mask.empty()) return {};
-    KeptShadowMaps::Layer& layer = painting.shadowMaps->drawn[shadow];
+    const std::uint32_t mapLayer = mapLayerOf(painting, shadow);
+    KeptShadowMaps::Layer& layer = painting.shadowMaps->drawn[mapLayer];
     if (isKept(painting, shadow)) {
         if (layer.mask->covers(mask)) return {};
         // Drawn for other lookups, and nothing moves: all of it, once, for whoever comes next.
@@ -218,13 +225,13 @@ Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& paint
         const ViewPainting& _painting;
         const DrawList& _list;
     };
-    const DrawList list = listCasters(painting.scene, mask);
-    Painter painter(*this, scene, painting, list);
     const ShadowFit& fit = *painting.scene.lights.fits[shadow];
+    const DrawList list = listCasters(painting.scene, mask, fit.casters);
+    Painter painter(*this, scene, painting, list);
     layer.mask.reset();
-    auto drawn = shadowModule(fit.mode)->draw(fit, painting.shadowMaps->maps, shadow, mask.texels(), painter);
+    auto drawn = shadowModule(fit.mode)->draw(fit, painting.shadowMaps->maps, mapLayer, mask.texels(), painter);
     if (!drawn) return drawn;
-    layer = {fit, painting.scene.casterState, std::move(mask)};
+    layer = {fit, painting.scene.casterStates[static_cast<std::size_t>(fit.casters)], std::move(mask)};
     return {};
 }
 
@@ -273,6 +280,7 @@ Result<void> TilePainter::drawSurfaceEntries(const Aspect& scene, ViewPainting& 
         setSides(item);
         if (item.geometry->faceNormals())
             item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
+        if (has(item.features, Feature::ShadowLightMap)) bindLightMap(painting.scene, item);
         if (has(item.features, Feature::FlatMean))
             item.geometry->flatFaces().bind(static_cast<GLuint>(TextureUnit::FlatFaces));
         if (material != item.material) {
@@ -341,6 +349,7 @@ Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall,
         if (factors) {
             bindLights(*current, painting.scene.lights.runs[item.run]);
             current->set(5, firstLight);
+            if (has(item.layerFeatures, Feature::ShadowLightMap)) bindLightMap(painting.scene, item);
         } else if (wall.layers & static_cast<std::uint32_t>(Layer::Ids)) {
             glProgramUniform2ui(current->id(), 4, static_cast<GLuint>(item.node.value),
                                 item.geometry->isReordered() ? 1 : 0);
@@ -589,16 +598,18 @@ Result<void> TilePainter::paintShadows(const Aspect& scene, const FramePlan& pla
     for (std::uint32_t i = 0; i < views.size(); ++i) {
         ViewPainting& painting = views[i];
         painting.masks.clear();
-        if (painting.area.empty() || painting.scene.lights.fits.empty()) continue;
+        if (painting.area.empty() || !painting.shadowMaps) continue;
         const View& view = *painting.scene.view;
         const std::int32_t reach = plan.reachOf(i);
         const PixelRect grown{tile.x - reach, tile.y - reach, tile.width + 2 * reach, tile.height + 2 * reach};
         bool anyOpen = false;
         for (std::uint32_t shadow = 0; shadow < painting.scene.lights.fits.size(); ++shadow) {
             painting.masks.emplace_back(*painting.scene.lights.fits[shadow], view.eyeWorld);
+            if (painting.scene.lights.fits[shadow]->mapSize == 0) continue;  // beside maps: a light map
             // What is shown is all of the map, not what this tile reads of it.
             if (isMapShown(painting.scene) ||
-                (isKept(painting, shadow) && painting.shadowMaps->drawn[shadow].mask->isEverything()))
+                (isKept(painting, shadow) &&
+                 painting.shadowMaps->drawn[mapLayerOf(painting, shadow)].mask->isEverything()))
                 painting.masks.back().markEverything();
             else
                 anyOpen = true;

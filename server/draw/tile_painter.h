@@ -36,11 +36,11 @@ struct KeptShadowMaps {
     // that casts are the same.
     struct Layer {
         ShadowFit fit;
-        std::uint64_t casters = 0;  // ViewScene::casterState
+        std::uint64_t casters = 0;  // ViewScene::casterStates
         std::optional<CasterMask> mask;
     };
     ShadowMaps maps;
-    std::vector<Layer> drawn;
+    std::vector<Layer> drawn;  // by layer
 };
 
 // One view while its tiles are drawn.

@@ -1,6 +1,7 @@
 #include "server/shadow/shadow_module.h"
 
 #include "server/shadow/hemisphere_module.h"
+#include "server/shadow/light_map_module.h"
 #include "server/shadow/map_module.h"
 #include "server/shadow/view_module.h"
 
@@ -16,6 +17,7 @@ const ShadowModule* shadowModule(ShadowMode mode) {
     static const MapModule percentageCloserSoft("percentage closer soft",
                                                 bit(ShadowFeature::Filter) | bit(ShadowFeature::SoftFilter));
     static const HemisphereModule dualParaboloid;
+    static const LightMapModule lightMap;
     static const ViewModule planar("planar", true);
     static const ViewModule planarStencil("planar, on its plane", true);
     static const ViewModule volumeZPass("volumes, z-pass", false);
@@ -48,6 +50,8 @@ const ShadowModule* shadowModule(ShadowMode mode) {
             return &volumeZFail;
         case ShadowMode::Blob:
             return &blob;
+        case ShadowMode::LightMap:
+            return &lightMap;
         default:
             return nullptr;
     }

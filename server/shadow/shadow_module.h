@@ -28,6 +28,8 @@ enum class ShadowFeature : std::uint32_t {
     Skip,            // filters take no samples where the outcome is known
     Bounds,          // they read the bounds of blocks of texels first
     View,            // no maps: the view's own darkness images
+    LightMap,        // some light's factors are in the light map, and the surface is
+    Mixed,           // some light is in the light map, and some has maps
     Count
 };
 using ShadowFeatureSet = std::uint32_t;  // a bit each
@@ -43,6 +45,7 @@ struct ShadowDemand {
     std::uint32_t boundsBlock = 0;  // side, in texels of the map, of the blocks whose bounds are kept; 0: none
     bool inView = false;            // a layer of the view's darkness images (view_module.h)
     bool positions = false;         // with it, the visible surfaces' positions
+    bool inLightMap = false;        // a layer of the viewport's light map, and no pass
 };
 
 // How casters are drawn in a pass: stage/caster.vert.glsl with these.

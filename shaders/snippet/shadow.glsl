@@ -52,7 +52,7 @@ float shadowFactor_hemispheres(uint shadow, vec3 relative, vec3 normal, vec3 toL
 }
 #endif
 
-float shadowFactor(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
+float shadowFactor_maps(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
 #ifdef FEATURE_SHADOW_CUBE
     if (shadowAt(shadow).shape == kShadowCube) return shadowFactor_cube(shadow, relative, normal, toLight);
 #endif
@@ -60,6 +60,40 @@ float shadowFactor(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
     if (shadowAt(shadow).shape == kShadowHemisphere) return shadowFactor_hemispheres(shadow, relative, normal, toLight);
 #endif
     return shadowFactor_map(shadow, relative, normal, toLight);
+}
+
+#ifndef VERTEX_STAGE
+#include "snippet/shadow_light_map.glsl"
+#endif
+
+#ifdef FEATURE_SHADOW_MIXED
+// Light that passes what the surface's light map knows, or without one a map of it, and what moves.
+float shadowFactor_lightMap(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
+    float factor = 1.0;
+#if defined(FEATURE_SHADOW_LIGHT_MAP) && !defined(VERTEX_STAGE)
+    factor = lightMapAt(shadowAt(shadow).layer);
+#endif
+    if (shadowAt(shadow).besideMap == 0u) return factor;
+    uint moving = shadow + shadowAt(shadow).besideMap;
+#ifndef FEATURE_SHADOW_LIGHT_MAP
+    uint parts = shadowAt(moving).shape == kShadowCube ? 6u : 1u;
+    factor = shadowFactor_maps(moving + parts, relative, normal, toLight);
+#endif
+    return min(factor, shadowFactor_maps(moving, relative, normal, toLight));
+}
+#endif
+
+float shadowFactor(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
+#if !defined(FEATURE_SHADOW_LIGHT_MAP) || defined(FEATURE_SHADOW_MIXED)
+#ifdef FEATURE_SHADOW_MIXED
+    if (shadowAt(shadow).shape == kShadowLightMap) return shadowFactor_lightMap(shadow, relative, normal, toLight);
+#endif
+    return shadowFactor_maps(shadow, relative, normal, toLight);
+#elif defined(VERTEX_STAGE)
+    return 1.0;  // vertices have no place in the atlas, and none asks
+#else
+    return lightMapAt(shadowAt(shadow).layer);  // no light has a map
+#endif
 }
 #endif
 #endif

@@ -25,6 +25,9 @@ VARYING Surface {
 #ifdef FEATURE_TEX_COORDS1
     vec2 texCoords1;
 #endif
+#ifdef FEATURE_SHADOW_LIGHT_MAP
+    vec3 object;  // the place in object space
+#endif
     flat uint firstTriangle;
 #ifdef INTERPOLATES_RADIANCE
     SHADED vec3 radiance;

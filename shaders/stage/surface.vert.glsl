@@ -36,6 +36,9 @@ void main() {
 #ifdef FEATURE_TEX_COORDS1
     surface.texCoords1 = texCoords1;
 #endif
+#ifdef FEATURE_SHADOW_LIGHT_MAP
+    surface.object = position;
+#endif
     surface.firstTriangle = firstTriangle;
     shadeVertex();
     gl_Position = frame.clipFromRelative * vec4(relative.xyz, 1.0);

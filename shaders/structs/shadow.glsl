@@ -6,6 +6,9 @@ const uint kShadowSingle = 0u;
 const uint kShadowCube = 1u;        // six of these in a row, +x -x +y -y +z -z
 const uint kShadowHemisphere = 2u;  // two of these in a row, -z +z of the light
 const uint kShadowInView = 3u;      // no map: a layer of the darkness images
+const uint kShadowLightMap = 4u;    // a layer of the light map
+
+const uint kNoChart = 0xffffffffu;  // of a triangle in no light map
 
 // One part of a light's shadow map: a layer of the pass' depth array. Lengths in metres, points relative to the eye
 // unless said otherwise. Across the light, t is a place on the map's plane: metres (directional), or metres at unit
@@ -43,7 +46,8 @@ struct GpuShadow {
     float offsetX;          // texels, along the map's x, per texel that a unit normal leads along it: normalOffset
     float offsetY;          //   times the squared side; the same for y
     float depthPerMetre;    // towards the light
-    float unused;
+    uint besideMap;         // beside a light map: how many records on the maps of what moves begin, which those of what
+                            //   is in it follow; 0: there are none
 };
 LAYOUT_SIZE(GpuShadow, 256)
 LAYOUT_OFFSET(GpuShadow, warpX, 76)

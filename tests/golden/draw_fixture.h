@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -273,6 +274,7 @@ class DrawTest : public ::testing::Test {
             ASSERT_TRUE(drawn) << drawn.error().message;
             statistics.triangles += drawn->triangles;
             statistics.shadowTriangles += drawn->shadowTriangles;
+            statistics.shadowMapBytes = std::max(statistics.shadowMapBytes, drawn->shadowMapBytes);
             auto read = renderer->readTiles();
             ASSERT_TRUE(read) << read.error().message;
             for (const TilePixels& tile : *read) {

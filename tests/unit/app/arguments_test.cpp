@@ -61,7 +61,7 @@ TEST(Arguments, ShadowModesOfLaterVersionsAreRefusedAsSuch) {
     EXPECT_EQ(parseShadowMode("NO_SHADOW").value(), ShadowMode::None);
     EXPECT_EQ(parseShadowMode("lisp").value(), ShadowMode::LightSpacePerspective);
     EXPECT_EQ(parseShadowMode("zfail").value(), ShadowMode::VolumeZFail);
-    EXPECT_NE(parseShadowMode("light-map").error().message.find("this version"), std::string::npos);
+    EXPECT_NE(parseShadowMode("visibility-map").error().message.find("this version"), std::string::npos);
     EXPECT_FALSE(parseShadowMode("nonsense"));
 }
 

@@ -78,8 +78,8 @@ TEST_F(Views, ImpossibleViewportsAreRefusedByName) {
     EXPECT_FALSE(refused({0, 0}, {1, 1}));
     EXPECT_FALSE(resolveViews(aspect, window, {0, 480}));
     EXPECT_FALSE(resolveViews(aspect, Ref<Window>(), {640, 480}));
-    aspect.edit(viewport).set<&Viewport::shadowMode>(ShadowMode::LightMap);
-    EXPECT_NE(resolveViews(aspect, window, {640, 480}).error().message.find("'light-map'"), std::string::npos);
+    aspect.edit(viewport).set<&Viewport::shadowMode>(ShadowMode::VisibilityMap);
+    EXPECT_NE(resolveViews(aspect, window, {640, 480}).error().message.find("'visibility-map'"), std::string::npos);
     aspect.edit(viewport).set<&Viewport::shadowMode>(ShadowMode::None).set<&Viewport::camera>(Ref<Container>());
     EXPECT_FALSE(resolveViews(aspect, window, {640, 480}));
     aspect.edit(viewport).set<&Viewport::root>(Ref<Node>());

@@ -1,0 +1,135 @@
+#include "client/app/light_map_command.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "client/app/arguments.h"
+#include "client/app/exit_code.h"
+#include "client/app/light_map_scene.h"
+#include "client/app/progress.h"
+#include "client/app/render_command.h"
+#include "client/bake/mapped_file.h"
+#include "client/bake/sha256.h"
+#include "common/base/processor_time.h"
+#include "common/image/exr_io.h"
+#include "common/scene/core_types.h"
+
+namespace umbriel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kMostSamples = 16;
+
+Result<void> check(const BakeArguments& a) {
+    const std::int64_t size = *a.lightMap;
+    if (size < 1 || size > LightMap::kMaxSize)
+        return badInput(fmt::format("--light-map {}: expected 1 to {} texels along each side of the atlas", size,
+                                    LightMap::kMaxSize));
+    if (a.from != "rays") {
+        if (const auto mode = parseShadowMode(a.from); !mode)
+            return badInput(fmt::format("--from '{}': expected rays", a.from));
+        return badInput(
+            fmt::format("--from {}: this version bakes light maps with rays only (--from rays), which know the "
+                        "shadows that {} comes near to",
+                        a.from, a.from));
+    }
+    if (a.texelSamples < 1 || a.texelSamples > kMostSamples)
+        return badInput(fmt::format("--samples {}: expected 1 to {} points along each side of a texel", a.texelSamples,
+                                    kMostSamples));
+    if (a.lightSamples < 1 || a.lightSamples > kMostSamples)
+        return badInput(fmt::format("--light-samples {}: expected 1 to {} rays along each side of a light",
+                                    a.lightSamples, kMostSamples));
+    if (a.threads < 0 || a.threads > 4096)
+        return badInput(fmt::format("--threads {}: expected 1 to 4096, or 0 for all", a.threads));
+    if (!a.servers.empty() || a.local)
+        return badInput("--light-map: rays are traced by threads of this process, without --servers and --local");
+    if (!a.atlas.empty() && !a.atlas.ends_with(".exr"))
+        return badInput(fmt::format("--atlas '{}': expected a name ending in .exr", a.atlas));
+    if (!a.out.empty() && !a.out.ends_with(".umlight"))
+        return badInput(fmt::format("--out '{}': expected a name ending in .umlight", a.out));
+    return {};
+}
+
+Result<void> bake(const BakeArguments& a, std::ostream& out) {
+    if (const auto checked = check(a); !checked) return checked.error();
+    StageOptions stage;
+    for (const std::string& text : a.lights) {
+        const auto light = parseLight(text);
+        if (!light) return light.error();
+        stage.lights.push_back(*light);
+    }
+    TypeRegistry types;
+    registerCoreTypes(types);
+    const auto loaded = loadStage(a.scene, types, stage, 1.0);
+    if (!loaded) return loaded.error();
+    const Aspect& scene = *(*loaded)->scene;
+
+    LightMapOptions options;
+    options.size = static_cast<std::uint32_t>(*a.lightMap);
+    options.samples = a.texelSamples;
+    options.lightSamples = a.lightSamples;
+    options.threads = a.threads;
+    std::optional<Progress> progress;
+    options.progress = [&](std::uint64_t done, std::uint64_t all) {
+        if (!progress) progress.emplace("baking", all, a.quiet);
+        progress->at(done);
+    };
+    const auto begin = std::chrono::steady_clock::now();
+    const Duration cpuBegin = processorTime();
+    auto file = bakeLightMapOf(scene, (*loaded)->stage.root, options, a.moving);
+    if (progress) progress->finish();
+    if (!file) return badInput(fmt::format("{}: {}", a.scene, file.error().message));
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const double cpuSeconds = toSeconds(processorTime() - cpuBegin);
+    const std::filesystem::path path = a.out.empty() ? lightMapFileOf(a.scene) : std::filesystem::path(a.out);
+    if (const auto written = writeLightMap(path, *file); !written) return written.error();
+    if (!a.atlas.empty())
+        if (const auto written = writeExr(a.atlas, atlasPicture(*file)); !written)
+            return Error{written.error().kind,
+                         fmt::format("{} is baked, its atlas is not: {}", path.string(), written.error().message)};
+
+    const auto mapped = MappedFile::open(path);
+    if (!mapped) return mapped.error();
+    Sha256 sha;
+    sha.add(mapped->bytes());
+    const std::string hash = sha.finish();
+    const BakedLightMap& baked = file->baked;
+    const double covered = static_cast<double>(baked.covered) / (double(baked.size) * double(baked.size));
+    if (a.json) {
+        out << Json({{"size", baked.size},
+                     {"lights", file->lightNames},
+                     {"surfaces", file->states.size()},
+                     {"triangles", baked.places.size()},
+                     {"charts", baked.chartCount},
+                     {"covered", covered},
+                     {"texel_metres", baked.texelMetres},
+                     {"rays", baked.rays},
+                     {"seconds", seconds},
+                     {"cpu_seconds", cpuSeconds},
+                     {"bytes", mapped->bytes().size()},
+                     {"sha256", hash}})
+                   .dump(2)
+            << '\n';
+    } else if (!a.quiet) {
+        out << fmt::format(
+            "{} lights on {} surfaces ({} triangles in {} charts) in {} x {} texels, {:.0f} % of them covered, {:.3g} "
+            "m a "
+            "texel on the largest chart\n{} rays traced in {:.2f} s ({:.2f} s of processors)\nwrote {}, sha256 {}\n",
+            file->lightStates.size(), file->states.size(), baked.places.size(), baked.chartCount, baked.size,
+            baked.size, 100.0 * covered, baked.texelMetres, baked.rays, seconds, cpuSeconds, path.string(), hash);
+    }
+    if (!out.flush()) return failure("the result could not be written");
+    return {};
+}
+
+}  // namespace
+
+int runBakeLightMap(const BakeArguments& arguments, std::ostream& out, std::ostream& err) {
+    return endCommand("umbriel bake", bake(arguments, out), err);
+}
+
+}  // namespace umbriel

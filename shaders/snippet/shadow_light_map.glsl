@@ -1,0 +1,18 @@
+// Shadows that were baked into an atlas (common/scene/light_map.h): a surface that stays where it is looks its factor up.
+#ifdef FEATURE_SHADOW_LIGHT_MAP
+layout(binding = 15) uniform sampler2DArray lightMaps;  // linear, no mips; a layer for each light
+// By chart: u and v in texels as functions of a place in object space, and what may be looked up.
+layout(std430, binding = 3) readonly buffer LightMapCharts { vec4 lightMapCharts[]; };
+layout(std430, binding = 7) readonly buffer LightMapPlaces { uint lightMapPlaces[]; };  // by drawn triangle: its chart
+
+float lightMapAt(float layer) {
+    uint chart = lightMapPlaces[int(surface.firstTriangle) + gl_PrimitiveID];
+    if (chart == kNoChart) return 1.0;
+    vec4 place = vec4(surface.object, 1.0);
+    vec4 range = lightMapCharts[3u * chart + 2u];
+    // A pixel's middle may lie beside its triangle where there are several samples: no texel of another chart is asked.
+    vec2 texel = clamp(vec2(dot(lightMapCharts[3u * chart], place), dot(lightMapCharts[3u * chart + 1u], place)),
+                       range.xy, range.zw);
+    return textureLod(lightMaps, vec3(texel / vec2(textureSize(lightMaps, 0).xy), layer), 0.0).r;
+}
+#endif
