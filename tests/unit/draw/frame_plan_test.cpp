@@ -47,7 +47,7 @@ TEST_F(FramePlanTest, AFeatureAddsExactlyItsPass) {
     EXPECT_FALSE(plain.hasPass(PassKind::ShadowMap));
 
     demand.lights = 1;
-    demand.shadows.push_back({"sun", {"standard", "", 512}, 3, 0});
+    demand.shadows.push_back({.light = "sun", .demand = {.module = "standard", .mapTexels = 512}, .casters = 3});
     const FramePlan shadowed = plan();
     EXPECT_EQ(shadowed.passes.size(), 2u);
     EXPECT_EQ(count(shadowed, PassKind::ShadowMap), 1u);
