@@ -18,6 +18,7 @@
 #include "common/base/log.h"
 #include "common/scene/core_types.h"
 #include "tests/bench/measure.h"
+#include "tests/support/temporary_folder.h"
 
 namespace {
 
@@ -206,8 +207,8 @@ int main(int argc, char** argv) {
     Subject subject;
     subject.loaded = need(concatenated(need(loadMeshes(option(argc, argv, "--mesh", "demo:cloth")))));
     subject.mesh = need(visibility::prepare(subject.loaded));
-    std::string name = (fs::temp_directory_path() / "umbriel_bench_bake_XXXXXX").string();
-    const fs::path folder = ::mkdtemp(name.data());
+    const test::TemporaryFolder own;
+    const fs::path folder = own.path();
 
     subject.settings.mapping = {visibility::MappingKind::HemiSphere, 32};
     work(report, subject, servers, rounds, folder);
@@ -215,6 +216,5 @@ int main(int argc, char** argv) {
         static_cast<std::uint32_t>(std::atoi(option(argc, argv, "--bake-size", "128").c_str()));
     drawing(report, subject, scene, servers, "idle", frames, rounds, folder);
     if (hasFlag(argc, argv, "--normal")) drawing(report, subject, scene, servers, "normal", frames, rounds, folder);
-    fs::remove_all(folder);
     return 0;
 }

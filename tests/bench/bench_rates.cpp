@@ -1,8 +1,6 @@
 // How fast changes are encoded, sent and applied, against copying and sending the same bytes.
 // Arguments: --json, --only transforms|geometry|join|others.
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
@@ -17,6 +15,8 @@
 #include "common/wire/change_codec.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/plain_socket.h"
+#include "tests/support/reserved_port.h"
+#include "tests/support/temporary_folder.h"
 
 namespace umbriel {
 namespace {
@@ -206,7 +206,8 @@ void join(const bench::Report& report, const TypeRegistry& types, Floor& floor) 
     const wire::Bytes same(kGeometries * kVertices * 12, std::byte{1});
     Floor unpaced("receive", true);
     Floor keeping("keep", true);
-    const auto folder = std::filesystem::temp_directory_path() / fmt::format("umbriel-bench-{}", ::getpid());
+    const test::TemporaryFolder own;
+    const auto folder = own.path();
     std::vector<double> connecting;
     std::vector<double> preparing;
     double cachedBytes = 0.0;
@@ -231,8 +232,6 @@ void join(const bench::Report& report, const TypeRegistry& types, Floor& floor) 
             return joined.frame;
         },
         [&] { return keeping.secondsToSend(same); }, [&] { return unpaced.secondsToSend(same); });
-    std::error_code ignored;
-    std::filesystem::remove_all(folder, ignored);
     report.figure("join to a 100 MB scene: making it, block hashes included", filling * 1e3, "ms");
     report.figure("join to a 100 MB scene: starting and connecting to a process", bench::median(connecting) * 1e3,
                   "ms");
@@ -257,10 +256,10 @@ void others(const bench::Report& report, const TypeRegistry& types, int drawMill
     fill(scene, 1.0f);
     const auto wheel = scene.create<Transform>();
     auto first = startServer({"--name", "first", "--draw-ms", std::to_string(drawMilliseconds)});
-    const std::uint16_t free = bench::PlainSocket::freePort();
+    const test::ReservedPort free;
     ClusterOptions options;
     options.servers = {{"first", "127.0.0.1", bench::need(first.waitForPort(std::chrono::seconds(60)))},
-                       {"second", "127.0.0.1", free}};
+                       {"second", "127.0.0.1", free.number()}};
     options.policy = FailurePolicy::Degrade;
     options.startIncomplete = true;
     options.connectTimeout = std::chrono::milliseconds(500);
@@ -279,8 +278,8 @@ void others(const bench::Report& report, const TypeRegistry& types, int drawMill
     int missed = 0;
     for (int round = 0; round < 2 * kRounds; ++round) {
         for (int i = 0; i < 200; ++i) before.push_back(frame());
-        auto second = startServer(
-            {"--name", "second", "--draw-ms", std::to_string(drawMilliseconds), "--port", std::to_string(free)});
+        auto second = startServer({"--name", "second", "--draw-ms", std::to_string(drawMilliseconds), "--port",
+                                   std::to_string(free.number())});
         double start = 0.0;
         for (const double end = bench::secondsNow() + 20.0; bench::secondsNow() < end && last.rejoined.empty();) {
             const double began = bench::secondsNow();

@@ -24,6 +24,7 @@
 #include "common/visibility/map_file.h"
 #include "common/visibility/mesh.h"
 #include "tests/bench/measure.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/visibility/test_meshes.h"
 
 extern char** environ;
@@ -170,12 +171,7 @@ void writeObj(const fs::path& path, const visibility::Mesh& mesh) {
 class Bench {
  public:
     Bench(bench::Report report, int runs, std::uint32_t mostRows, std::string peer)
-        : _report(report), _runs(runs), _mostRows(mostRows), _peer(std::move(peer)) {
-        char name[] = "/tmp/umbriel-bench-XXXXXX";
-        if (::mkdtemp(name) == nullptr) std::exit(1);
-        _folder = name;
-    }
-    ~Bench() { fs::remove_all(_folder); }
+        : _report(report), _runs(runs), _mostRows(mostRows), _peer(std::move(peer)) {}
 
     // 64 x 16 directions with each guard, one thread.
     void compare(const Subject& subject) {
@@ -284,7 +280,7 @@ class Bench {
     int _runs;
     std::uint32_t _mostRows;
     std::string _peer;
-    fs::path _folder;
+    test::TemporaryFolder _folder;
 };
 
 }  // namespace

@@ -56,12 +56,6 @@ std::pair<int, std::uint16_t> PlainSocket::listen() {
     return {listener, ntohs(address.sin_port)};
 }
 
-std::uint16_t PlainSocket::freePort() {
-    const auto [listener, port] = listen();
-    ::close(listener);
-    return port;
-}
-
 PlainSocket PlainSocket::acceptFrom(int listener) {
     PlainSocket result(::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC));
     if (result._socket < 0) give_up("accept");

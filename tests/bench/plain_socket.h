@@ -19,8 +19,6 @@ class PlainSocket {
         listening(port);
         return acceptFrom(listener);
     }
-    // Nobody listens there right now.
-    static std::uint16_t freePort();
     PlainSocket(PlainSocket&& other) noexcept : _socket(std::exchange(other._socket, -1)) {}
     PlainSocket& operator=(PlainSocket&&) = delete;
     ~PlainSocket();

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -24,6 +23,7 @@
 #include "common/visibility/bake_job.h"
 #include "server/bake/job_queue.h"
 #include "tests/sim/random.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/visibility/test_meshes.h"
 
 namespace umbriel::sim {
@@ -43,7 +43,7 @@ std::string contentOf(const fs::path& path) {
 
 // What all bakes here are about, baked once.
 struct Subject {
-    Mesh loaded = test::cloth(100, 80);
+    Mesh loaded = visibility::test::cloth(100, 80);
     BakeMesh mesh = *prepare(loaded);
     BakeSettings settings;
     std::unique_ptr<Baker> baker;
@@ -364,20 +364,17 @@ class World {
 
 class BakeSimulation : public ::testing::Test {
  protected:
-    BakeSimulation() {
-        // Thousands of synced writes: in memory where that is possible.
+    // Thousands of synced writes: in memory where that is possible.
+    static fs::path fastest() {
         const fs::path memory = "/dev/shm";
-        const fs::path where = ::access(memory.c_str(), W_OK) == 0 ? memory : fs::path(::testing::TempDir());
-        std::string name = (where / "umbriel_bake_sim_XXXXXX").string();
-        folder = ::mkdtemp(name.data());
+        return ::access(memory.c_str(), W_OK) == 0 ? memory : fs::temp_directory_path();
     }
-    ~BakeSimulation() override { fs::remove_all(folder); }
     ClusterBakeOptions to(const std::string& name, double audit = 0.0) const {
         ClusterBakeOptions options{.out = folder / name, .resume = true};
         options.coordinator.auditShare = audit;
         return options;
     }
-    fs::path folder;
+    umbriel::test::TemporaryFolder folder{fastest()};
 };
 
 TEST_F(BakeSimulation, AnyNumberOfServersMakesTheFileThatThreadsMake) {

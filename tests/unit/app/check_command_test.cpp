@@ -2,11 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
+
+#include "tests/support/temporary_folder.h"
 
 namespace umbriel {
 namespace {
@@ -65,7 +66,8 @@ TEST(CheckCommand, EachGeometryAndAllTogether) {
 }
 
 TEST(CheckCommand, RepairsAndWritesWhatReadsBackAsTheSame) {
-    const auto path = std::filesystem::path(::testing::TempDir()) / "umbriel_check.obj";
+    const test::TemporaryFolder folder;
+    const auto path = folder / "check.obj";
     CheckArguments arguments;
     arguments.weld = 0.0;
     arguments.orient = true;
@@ -82,7 +84,6 @@ TEST(CheckCommand, RepairsAndWritesWhatReadsBackAsTheSame) {
     file >> kind >> x;
     EXPECT_EQ(kind, "v");
     EXPECT_EQ(x, 0.1f);
-    std::filesystem::remove(path);
 }
 
 TEST(CheckCommand, CoordinatesThatAreNotFiniteAreReportedAndRefused) {

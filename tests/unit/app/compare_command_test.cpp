@@ -14,7 +14,7 @@ namespace umbriel {
 namespace {
 
 using nlohmann::json;
-using test::TemporaryDirectory;
+using test::TemporaryFolder;
 
 struct Outcome {
     int code = -1;
@@ -44,7 +44,7 @@ std::vector<std::string> keysOf(const json& object) {
 }
 
 TEST(CompareCommand, JsonHasTheContractsKeys) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     LayeredImage image = grey(8, 4);
     ASSERT_TRUE(writeExr(directory / "a.exr", image).has_value());
     image.rgba.at(7, 0, 1) = 0.75F;
@@ -67,7 +67,7 @@ TEST(CompareCommand, JsonHasTheContractsKeys) {
 }
 
 TEST(CompareCommand, TilesAreCutByTheGridRuleFromTheLowerLeft) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     LayeredImage image = grey(7, 5);
     ASSERT_TRUE(writeExr(directory / "a.exr", image).has_value());
     image.rgba.at(6, 4, 0) = 1.0F;  // bottom right: column 2, row 0
@@ -92,7 +92,7 @@ TEST(CompareCommand, TilesAreCutByTheGridRuleFromTheLowerLeft) {
 }
 
 TEST(CompareCommand, NonFiniteSamplesAreReportedAndLeaveJsonSound) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     LayeredImage image = grey(2, 1);
     ASSERT_TRUE(writeExr(directory / "a.exr", image).has_value());
     image.rgba.at(0, 0, 0) = std::nanf("");
@@ -105,7 +105,7 @@ TEST(CompareCommand, NonFiniteSamplesAreReportedAndLeaveJsonSound) {
 }
 
 TEST(CompareCommand, LayersAreListed) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     LayeredImage image = grey(2, 1);
     image.layers.push_back({"ids", UintImage(2, 1, {"node"})});
     image.layers.push_back({"light.k\xff", FloatImage(2, 1, {"factor"})});  // no UTF-8
@@ -125,7 +125,7 @@ TEST(CompareCommand, LayersAreListed) {
 
 // An EXR and the PNG made of it show the same: the PNG is the EXR's display transform.
 TEST(CompareCommand, PictureAndItsPngDoNotDiffer) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     LayeredImage image = grey(16, 16);
     for (int i = 0; i < 256; ++i) {
         image.rgba.at(i % 16, i / 16, 0) = static_cast<float>(i) / 200.0F;
@@ -139,7 +139,7 @@ TEST(CompareCommand, PictureAndItsPngDoNotDiffer) {
 }
 
 TEST(CompareCommand, BadInputEndsWithTwoAndOneMessage) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     ASSERT_TRUE(writeExr(directory / "a.exr", grey(4, 4)).has_value());
     ASSERT_TRUE(writeExr(directory / "small.exr", grey(4, 3)).has_value());
     test::writeContent(directory / "text.exr", "hello");
@@ -169,7 +169,7 @@ TEST(CompareCommand, BadInputEndsWithTwoAndOneMessage) {
 }
 
 TEST(CompareCommand, OutputThatCannotBeWrittenIsAFailure) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     ASSERT_TRUE(writeExr(directory / "a.exr", grey(4, 4)).has_value());
     std::ofstream full("/dev/full");
     std::ostringstream err;
@@ -179,7 +179,7 @@ TEST(CompareCommand, OutputThatCannotBeWrittenIsAFailure) {
 
 // White from column 10 on, and from column 13 on: 3 of 32 columns are more than the threshold apart.
 TEST(CompareCommand, AllMeasuresComeOnRequestOnly) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     LayeredImage a = grey(32, 16);
     LayeredImage b = a;
     for (int y = 0; y < 16; ++y) {

@@ -58,7 +58,7 @@ class HdrCommand : public ::testing::Test {
     }
 
     static constexpr double kSeconds[] = {1.0 / 16, 1.0 / 8, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0};
-    test::TemporaryDirectory folder;
+    test::TemporaryFolder folder;
     HdrOptions options;
     std::ostringstream out;
     std::ostringstream err;

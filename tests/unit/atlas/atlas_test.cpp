@@ -4,12 +4,12 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <map>
 #include <set>
 
 #include "common/image/exr_io.h"
 #include "common/visibility/bake.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/visibility/test_meshes.h"
 
 namespace umbriel {
@@ -65,14 +65,13 @@ TEST(Atlas, HemiCubeSidesHangOnTheirEdges) {
 }
 
 TEST(Atlas, ComesBackAsTheSameBytes) {
-    const auto folder = std::filesystem::temp_directory_path() / "umbriel_atlas_test";
-    std::filesystem::create_directories(folder);
+    const umbriel::test::TemporaryFolder folder;
     for (const Mapping& m : kMappings) {
         std::uint32_t contents =
             static_cast<std::uint32_t>(MapContent::Mask) | static_cast<std::uint32_t>(MapContent::HitDistance);
         if (m.kind != MappingKind::Fibonacci) contents |= static_cast<std::uint32_t>(MapContent::Distance);
         if (m.kind != MappingKind::Octahedral) contents |= static_cast<std::uint32_t>(MapContent::Index);
-        const Baked b = bake(m, contents, test::cloth(40, 30));
+        const Baked b = bake(m, contents, visibility::test::cloth(40, 30));
         const auto picture = exportAtlas(b.file);
         ASSERT_TRUE(picture) << picture.error().message;
         const auto path = folder / "atlas.exr";
@@ -82,15 +81,14 @@ TEST(Atlas, ComesBackAsTheSameBytes) {
         const auto bytes = importAtlas(*read, b.mesh);
         ASSERT_TRUE(bytes) << bytes.error().message;
         EXPECT_EQ(*bytes, b.bytes) << name(m.kind);
-        EXPECT_FALSE(importAtlas(*read, *prepare(test::cloth(41, 30))));
+        EXPECT_FALSE(importAtlas(*read, *prepare(visibility::test::cloth(41, 30))));
     }
-    std::filesystem::remove_all(folder);
 }
 
 // A point at the bottom of a fold sees a slit of the sky, one on its crest most of it, in every mapping, and distances
 // grow away from the silhouette.
 TEST(Atlas, FoldSeesASlitAndCrestMostOfTheSky) {
-    const BakeMesh mesh = *prepare(test::accordion(6, 20, 0.2f));
+    const BakeMesh mesh = *prepare(visibility::test::accordion(6, 20, 0.2f));
     // The profile's walls rise to 1; the floor is at 0 between them.
     std::uint64_t bottom = 0, crest = 0;
     for (std::uint32_t row = 0; row < mesh.rows.size(); ++row) {
@@ -101,7 +99,7 @@ TEST(Atlas, FoldSeesASlitAndCrestMostOfTheSky) {
     }
     for (const Mapping& m : {Mapping{MappingKind::HemiCube, 16}, Mapping{MappingKind::SinglePlane, 32, 2.4},
                              Mapping{MappingKind::HemiSphere, 32}}) {
-        const Baked b = bake(m, 3, test::accordion(6, 20, 0.2f));
+        const Baked b = bake(m, 3, visibility::test::accordion(6, 20, 0.2f));
         AtlasOptions options;
         options.rows = {bottom, crest};
         options.columns = 2;
@@ -125,7 +123,7 @@ TEST(Atlas, FoldSeesASlitAndCrestMostOfTheSky) {
 }
 
 TEST(Atlas, WrongRequestsAreRefused) {
-    const Baked b = bake({MappingKind::HemiSphere, 8}, 1, test::plate(4));
+    const Baked b = bake({MappingKind::HemiSphere, 8}, 1, visibility::test::plate(4));
     AtlasOptions options;
     options.rows = {25};
     EXPECT_FALSE(exportAtlas(b.file, options));
@@ -145,7 +143,7 @@ TEST(Atlas, WrongRequestsAreRefused) {
 
 // Another program, or a lossy compression, must not become maps that nobody baked.
 TEST(Atlas, ChangedValuesAreRefused) {
-    const Baked b = bake({MappingKind::HemiSphere, 8}, kAllContents, test::cloth(20, 10));
+    const Baked b = bake({MappingKind::HemiSphere, 8}, kAllContents, visibility::test::cloth(20, 10));
     const LayeredImage picture = *exportAtlas(b.file);
     ASSERT_TRUE(importAtlas(picture, b.mesh));
     const auto refused = [&](auto change) {

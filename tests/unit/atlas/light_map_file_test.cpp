@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "common/base/hash.h"
+#include "tests/support/temporary_folder.h"
 
 namespace umbriel {
 namespace {
@@ -14,11 +15,6 @@ namespace {
 class LightMapFiles : public ::testing::Test {
  protected:
     LightMapFiles() {
-        folder = std::filesystem::temp_directory_path() /
-                 ("umbriel-light-map-" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) +
-                  std::to_string(reinterpret_cast<std::uintptr_t>(this)));
-        std::filesystem::create_directories(folder);
-        path = folder / "a.umlight";
         file.baked.size = 4;
         for (int i = 0; i < 32; ++i) file.baked.texels.push_back(static_cast<std::uint8_t>(7 * i));
         file.baked.triangles = {2, 1};
@@ -28,7 +24,6 @@ class LightMapFiles : public ::testing::Test {
         file.lightNames = {"sun", ""};
         file.states = {33, 44};
     }
-    ~LightMapFiles() override { std::filesystem::remove_all(folder); }
 
     std::vector<char> bytes() const {
         std::ifstream in(path, std::ios::binary);
@@ -52,7 +47,8 @@ class LightMapFiles : public ::testing::Test {
         EXPECT_NE(read.error().message.find("a.umlight"), std::string::npos) << read.error().message;
     }
 
-    std::filesystem::path folder, path;
+    test::TemporaryFolder folder;
+    std::filesystem::path path = folder / "a.umlight";
     LightMapFile file;
 };
 

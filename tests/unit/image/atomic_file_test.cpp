@@ -12,7 +12,7 @@
 namespace umbriel {
 namespace {
 
-using test::TemporaryDirectory;
+using test::TemporaryFolder;
 
 std::span<const std::byte> bytesOf(const std::string& text) {
     return std::as_bytes(std::span(text.data(), text.size()));
@@ -30,18 +30,18 @@ LayeredImage noise(int width, int height) {
 }
 
 TEST(AtomicFile, NothingIsVisibleBeforeCommit) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     Result<std::unique_ptr<AtomicFile>> file = AtomicFile::create(directory / "picture");
     ASSERT_TRUE(file.has_value());
     EXPECT_TRUE((*file)->write(bytesOf("hello")));
     EXPECT_FALSE(std::filesystem::exists(directory / "picture"));
     EXPECT_TRUE((*file)->commit().has_value());
     EXPECT_EQ(test::contentOf(directory / "picture"), "hello");
-    EXPECT_EQ(directory.entries(), std::vector<std::string>{"picture"});
+    EXPECT_EQ(directory.names(), std::vector<std::string>{"picture"});
 }
 
 TEST(AtomicFile, AbandonedFileLeavesTheOldOne) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     test::writeContent(directory / "picture", "old");
     {
         Result<std::unique_ptr<AtomicFile>> file = AtomicFile::create(directory / "picture");
@@ -49,11 +49,11 @@ TEST(AtomicFile, AbandonedFileLeavesTheOldOne) {
         (*file)->write(bytesOf("new"));
     }
     EXPECT_EQ(test::contentOf(directory / "picture"), "old");
-    EXPECT_EQ(directory.entries(), std::vector<std::string>{"picture"});
+    EXPECT_EQ(directory.names(), std::vector<std::string>{"picture"});
 }
 
 TEST(AtomicFile, SeekingBackOverwrites) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     Result<std::unique_ptr<AtomicFile>> file = AtomicFile::create(directory / "picture");
     ASSERT_TRUE(file.has_value());
     (*file)->write(bytesOf("0123456789"));
@@ -67,7 +67,7 @@ TEST(AtomicFile, SeekingBackOverwrites) {
 }
 
 TEST(AtomicFile, TwoWritersOfOneNameDoNotMix) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     auto first = AtomicFile::create(directory / "picture");
     auto second = AtomicFile::create(directory / "picture");
     ASSERT_TRUE(first.has_value() && second.has_value());
@@ -76,11 +76,11 @@ TEST(AtomicFile, TwoWritersOfOneNameDoNotMix) {
     EXPECT_TRUE((*second)->commit().has_value());
     EXPECT_TRUE((*first)->commit().has_value());
     EXPECT_EQ(test::contentOf(directory / "picture"), "first");
-    EXPECT_EQ(directory.entries(), std::vector<std::string>{"picture"});
+    EXPECT_EQ(directory.names(), std::vector<std::string>{"picture"});
 }
 
 TEST(AtomicFile, SymbolicLinkStaysALink) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     test::writeContent(directory / "target", "old");
     std::filesystem::create_symlink("target", directory / "link");
     auto file = AtomicFile::create(directory / "link");
@@ -92,7 +92,7 @@ TEST(AtomicFile, SymbolicLinkStaysALink) {
 }
 
 TEST(AtomicFile, DevicesAndDirectoriesAreNotReplaced) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     std::filesystem::create_directory(directory / "folder");
     for (const std::filesystem::path& path : {std::filesystem::path("/dev/full"), directory / "folder"}) {
         const auto file = AtomicFile::create(path);
@@ -106,7 +106,7 @@ TEST(AtomicFile, DevicesAndDirectoriesAreNotReplaced) {
 }
 
 TEST(PictureFiles, MissingDirectoryIsAFailureNamingThePath) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const std::filesystem::path exr = directory / "missing/picture.exr";
     const std::filesystem::path png = directory / "missing/picture.png";
     const Result<void> exrResult = writeExr(exr, noise(4, 4));
@@ -115,7 +115,7 @@ TEST(PictureFiles, MissingDirectoryIsAFailureNamingThePath) {
     ASSERT_FALSE(pngResult.has_value());
     EXPECT_NE(exrResult.error().message.find(exr.string()), std::string::npos);
     EXPECT_NE(pngResult.error().message.find(png.string()), std::string::npos);
-    EXPECT_TRUE(directory.entries().empty());
+    EXPECT_TRUE(directory.names().empty());
 }
 
 // Exit codes of the children below.
@@ -124,7 +124,7 @@ constexpr int kCannotRun = 77;
 
 // Writes both kinds of file where there is no room for them: each must fail with the path in its message, leave the
 // old file and nothing else.
-int writeWithoutRoom(const TemporaryDirectory& directory, int size) {
+int writeWithoutRoom(const TemporaryFolder& directory, int size) {
     for (const std::string name : {"picture.exr", "picture.png"}) {
         const std::filesystem::path path = directory / name;
         const LayeredImage image = noise(size, size);
@@ -138,14 +138,14 @@ int writeWithoutRoom(const TemporaryDirectory& directory, int size) {
             return 2;
         }
     }
-    return directory.entries() == std::vector<std::string>{"picture.exr", "picture.png"} ? kAsExpected : 3;
+    return directory.names() == std::vector<std::string>{"picture.exr", "picture.png"} ? kAsExpected : 3;
 }
 
 // The quota error EFBIG comes in the same place as ENOSPC would. Both a file that fails in the middle and one whose
 // only failing write is the last (the buffer of AtomicFile is 1 MiB).
 TEST(PictureFiles, AreNotLeftHalfWrittenWhenTheQuotaIsReached) {
     for (const int size : {64, 600}) {
-        const TemporaryDirectory directory;
+        const TemporaryFolder directory;
         const int status = test::statusOfChild([&] {
             test::writeContent(directory / "picture.exr", "old");
             test::writeContent(directory / "picture.png", "old");
@@ -160,7 +160,7 @@ TEST(PictureFiles, AreNotLeftHalfWrittenWhenTheQuotaIsReached) {
 
 // ENOSPC on a file system of 64 KiB, where the machine lets us mount one.
 TEST(PictureFiles, AreNotLeftHalfWrittenWhenTheDiskIsFull) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const int status = test::statusOfChild([&] {
         if (::unshare(CLONE_NEWNS) != 0 && ::unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0) {
             return kCannotRun;

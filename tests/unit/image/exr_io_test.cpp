@@ -15,7 +15,7 @@
 namespace umbriel {
 namespace {
 
-using test::TemporaryDirectory;
+using test::TemporaryFolder;
 
 ImageLayer floatLayer(std::string name, int width, int height, std::vector<std::string> channels, std::mt19937_64& random) {
     FloatImage image(width, height, std::move(channels));
@@ -60,7 +60,7 @@ void expectSame(const LayeredImage& a, const LayeredImage& b) {
 }
 
 TEST(Exr, EveryBitSurvivesTheFile) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     // Sizes around the 16 rows of a ZIP block, and one pixel.
     for (const auto& [width, height] : {std::pair{1, 1}, {3, 15}, {5, 16}, {7, 17}, {127, 71}}) {
         const LayeredImage image = renderLike(width, height, static_cast<std::uint64_t>(width));
@@ -69,11 +69,11 @@ TEST(Exr, EveryBitSurvivesTheFile) {
         ASSERT_TRUE(read.has_value()) << read.error().message;
         expectSame(image, *read);
     }
-    EXPECT_EQ(directory.entries(), std::vector<std::string>{"a.exr"});
+    EXPECT_EQ(directory.names(), std::vector<std::string>{"a.exr"});
 }
 
 TEST(Exr, TopRowOfMemoryIsTheTopRowOfTheFile) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     LayeredImage image;
     image.rgba = makeRgbaImage(1, 2);
     image.rgba.at(0, 0, 0) = 5.0F;
@@ -91,11 +91,11 @@ TEST(Exr, TopRowOfMemoryIsTheTopRowOfTheFile) {
 }
 
 TEST(Exr, SamePictureGivesTheSameBytes) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     ASSERT_TRUE(writeExr(directory / "a.exr", renderLike(33, 40, 1)).has_value());
     ASSERT_TRUE(writeExr(directory / "b.exr", renderLike(33, 40, 1)).has_value());
     EXPECT_EQ(test::contentOf(directory / "a.exr"), test::contentOf(directory / "b.exr"));
-    EXPECT_EQ(directory.entries(), (std::vector<std::string>{"a.exr", "b.exr"}));
+    EXPECT_EQ(directory.names(), (std::vector<std::string>{"a.exr", "b.exr"}));
 }
 
 TEST(Exr, LayersAreFoundByNameAndType) {
@@ -107,7 +107,7 @@ TEST(Exr, LayersAreFoundByNameAndType) {
 }
 
 TEST(Exr, NamesThatCannotBeWrittenAreBadInput) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const auto messageFor = [&](const std::string& layer, const std::string& channel) {
         LayeredImage image;
         image.rgba = makeRgbaImage(1, 1);
@@ -126,7 +126,7 @@ TEST(Exr, NamesThatCannotBeWrittenAreBadInput) {
     image.texts["channels"] = "mine";
     EXPECT_FALSE(writeExr(directory / "a.exr", image).has_value());
     EXPECT_FALSE(writeExr(directory / "a.exr", LayeredImage{}).has_value());
-    EXPECT_TRUE(directory.entries().empty());
+    EXPECT_TRUE(directory.names().empty());
 }
 
 // What other programs write: HALF, tiles, a data window that does not start at 0, channels of our own choice.
@@ -171,7 +171,7 @@ void writeForeign(const std::filesystem::path& path, const Imath::Box2i& window,
 }
 
 TEST(Exr, ForeignFilesAreRead) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const Imath::Box2i window({-3, 5}, {5, 11});  // 9 x 7
     for (const bool tiled : {false, true}) {
         for (const Imf::PixelType type : {Imf::HALF, Imf::FLOAT}) {
@@ -194,7 +194,7 @@ TEST(Exr, ForeignFilesAreRead) {
 }
 
 TEST(Exr, LoneLuminanceIsGrey) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     writeForeign(directory / "a.exr", Imath::Box2i({0, 0}, {1, 0}), false, {"Y"}, Imf::FLOAT);
     const Result<LayeredImage> read = readExr(directory / "a.exr");
     ASSERT_TRUE(read.has_value());
@@ -203,7 +203,7 @@ TEST(Exr, LoneLuminanceIsGrey) {
 }
 
 TEST(Exr, SubsampledChannelsAreRefused) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     writeForeign(directory / "a.exr", Imath::Box2i({0, 0}, {3, 3}), false, {"BY"}, Imf::FLOAT, 2);
     const Result<LayeredImage> read = readExr(directory / "a.exr");
     ASSERT_FALSE(read.has_value());
@@ -211,7 +211,7 @@ TEST(Exr, SubsampledChannelsAreRefused) {
 }
 
 TEST(Exr, NoFileSpeaksToTheTerminal) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     writeForeign(directory / "a.exr", Imath::Box2i({0, 0}, {3, 3}), false, {"\x1b[2J\n"}, Imf::FLOAT, 2);
     const Result<LayeredImage> read = readExr(directory / "a.exr");
     ASSERT_FALSE(read.has_value());
@@ -219,7 +219,7 @@ TEST(Exr, NoFileSpeaksToTheTerminal) {
 }
 
 TEST(Exr, LimitsHoldAtTheirValueAndNotBeyond) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     LayeredImage image;
     image.rgba = makeRgbaImage(10, 6);
     image.layers.push_back({"depth", FloatImage(10, 6, {"Z"})});

@@ -14,7 +14,7 @@ namespace umbriel {
 namespace {
 
 FloatImage writtenAndRead(const FloatImage& picture, HdrRepairs* repairs = nullptr) {
-    const test::TemporaryDirectory folder;
+    const test::TemporaryFolder folder;
     const Result<HdrRepairs> written = writeHdr(folder / "a.hdr", picture);
     EXPECT_TRUE(written.has_value());
     if (written && repairs != nullptr) {
@@ -98,7 +98,7 @@ TEST(HdrIo, RepairsAndCountsWhatItCannotHold) {
 }
 
 TEST(HdrIo, SamePictureGivesTheSameBytesAndRunsAreShort) {
-    const test::TemporaryDirectory folder;
+    const test::TemporaryFolder folder;
     const FloatImage picture(1000, 100, {"R", "G", "B", "A"}, 0.3F);
     ASSERT_TRUE(writeHdr(folder / "a.hdr", picture).has_value());
     ASSERT_TRUE(writeHdr(folder / "b.hdr", picture).has_value());
@@ -107,14 +107,14 @@ TEST(HdrIo, SamePictureGivesTheSameBytesAndRunsAreShort) {
     const std::string header = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 100 +X 1000\n";
     EXPECT_EQ(test::contentOf(folder / "a.hdr").substr(0, header.size()), header);
     EXPECT_EQ(std::filesystem::file_size(folder / "a.hdr"), header.size() + 100 * (4 + 4 * 16));
-    EXPECT_EQ(folder.entries().size(), 2U);
+    EXPECT_EQ(folder.names().size(), 2U);
 }
 
 TEST(HdrIo, EmptyPicturesAndBadPathsAreRefused) {
-    const test::TemporaryDirectory folder;
+    const test::TemporaryFolder folder;
     EXPECT_EQ(writeHdr(folder / "a.hdr", makeRgbaImage(0, 5)).error().kind, Error::Kind::BadInput);
     EXPECT_FALSE(writeHdr(folder / "none" / "a.hdr", makeRgbaImage(1, 1)).has_value());
-    EXPECT_TRUE(folder.entries().empty());
+    EXPECT_TRUE(folder.names().empty());
 }
 
 }  // namespace

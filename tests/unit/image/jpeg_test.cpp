@@ -25,7 +25,7 @@ std::string blocks() {
 }
 
 TEST(Jpeg, SamplesAreTheFilesCodesAsSrgb) {
-    const test::TemporaryDirectory folder;
+    const test::TemporaryFolder folder;
     test::writeContent(folder / "a.jpg", blocks());
     const Result<LayeredImage> image = readImageIsolated(folder / "a.jpg");
     ASSERT_TRUE(image.has_value()) << image.error().message;
@@ -43,7 +43,7 @@ TEST(Jpeg, SamplesAreTheFilesCodesAsSrgb) {
 }
 
 TEST(Jpeg, ExifTellsTheExposure) {
-    const test::TemporaryDirectory folder;
+    const test::TemporaryFolder folder;
     test::writeContent(folder / "a.jpg", test::withExif(blocks(), 1, 8000, 56, 100));
     const Result<LayeredImage> image = readImageIsolated(folder / "a.jpg");
     ASSERT_TRUE(image.has_value()) << image.error().message;
@@ -55,7 +55,7 @@ TEST(Jpeg, ExifTellsTheExposure) {
 }
 
 TEST(Jpeg, EveryTruncationIsRefused) {
-    const test::TemporaryDirectory folder;
+    const test::TemporaryFolder folder;
     const std::string whole = test::withExif(blocks(), 1, 30, 80, 200);
     for (std::size_t size = 4; size + 2 < whole.size(); size += 17) {  // without its last two bytes it is whole
         test::writeContent(folder / "a.jpg", whole.substr(0, size));
@@ -66,7 +66,7 @@ TEST(Jpeg, EveryTruncationIsRefused) {
 }
 
 TEST(Jpeg, DamageEndsWithAnAnswer) {
-    const test::TemporaryDirectory folder;
+    const test::TemporaryFolder folder;
     const std::string whole = test::withExif(blocks(), 1, 30, 80, 200);
     std::mt19937_64 random(3);
     for (int i = 0; i < 60; ++i) {
@@ -81,7 +81,7 @@ TEST(Jpeg, DamageEndsWithAnAnswer) {
 }
 
 TEST(Jpeg, SizesBeyondTheLimitsAreRefused) {
-    const test::TemporaryDirectory folder;
+    const test::TemporaryFolder folder;
     test::writeContent(folder / "a.jpg", blocks());
     ImageLimits limits;
     limits.pixels = 32 * 16 - 1;

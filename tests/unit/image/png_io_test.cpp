@@ -12,7 +12,7 @@
 namespace umbriel {
 namespace {
 
-using test::TemporaryDirectory;
+using test::TemporaryFolder;
 
 std::vector<std::uint8_t> anyBytes(std::size_t count, std::uint64_t seed) {
     std::mt19937_64 random(seed);
@@ -24,7 +24,7 @@ std::vector<std::uint8_t> anyBytes(std::size_t count, std::uint64_t seed) {
 }
 
 TEST(Png, OpaqueCodesSurviveTheFileTwice) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const std::vector<std::uint8_t> bytes = anyBytes(17 * 9 * 3, 3);
     ASSERT_TRUE(writePngBytes(directory / "a.png", 17, 9, 3, bytes).has_value());
     const Result<LayeredImage> read = readPng(directory / "a.png");
@@ -39,11 +39,11 @@ TEST(Png, OpaqueCodesSurviveTheFileTwice) {
     }
     ASSERT_TRUE(writePng(directory / "b.png", read->rgba).has_value());
     EXPECT_EQ(test::contentOf(directory / "a.png"), test::contentOf(directory / "b.png"));
-    EXPECT_EQ(directory.entries(), (std::vector<std::string>{"a.png", "b.png"}));
+    EXPECT_EQ(directory.names(), (std::vector<std::string>{"a.png", "b.png"}));
 }
 
 TEST(Png, PremultipliedColourShowsOverBlackUnlessAlphaIsAskedFor) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     FloatImage image = makeRgbaImage(3, 1);
     image.samples() = {0.5F, 0.25F, 0.125F, 0.5F, 1.0F, 1.0F, 1.0F, 0.0F, std::nanf(""), 2.0F, -1.0F, 1.0F};
     ASSERT_TRUE(writePng(directory / "black.png", image).has_value());
@@ -68,7 +68,7 @@ TEST(Png, PremultipliedColourShowsOverBlackUnlessAlphaIsAskedFor) {
 }
 
 TEST(Png, ExposureIsAppliedBeforeEncoding) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     FloatImage image = makeRgbaImage(1, 1);
     image.samples() = {0.25F, 4.0F, 0.0625F, 1.0F};
     ASSERT_TRUE(writePng(directory / "a.png", image, {1.0, false}).has_value());
@@ -92,7 +92,7 @@ void writeForeign(const std::filesystem::path& path, png_uint_32 format, int wid
 }
 
 TEST(Png, GreyPaletteAndGreyAlphaBecomeColour) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const std::vector<std::uint8_t> grey{0, 188};
     writeForeign(directory / "grey.png", PNG_FORMAT_GRAY, 2, 1, grey.data());
     const std::vector<std::uint8_t> palette{255, 0, 0, 0, 188, 0};
@@ -134,7 +134,7 @@ void writeSixteen(const std::filesystem::path& path, int width, int height, int 
 }
 
 TEST(Png, SixteenBitsKeepTheirPrecision) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     std::vector<std::uint16_t> codes;
     for (int i = 0; i < 13 * 11 * 3; ++i) {
         codes.push_back(static_cast<std::uint16_t>(i * 152));
@@ -150,7 +150,7 @@ TEST(Png, SixteenBitsKeepTheirPrecision) {
 }
 
 TEST(Png, LimitsHoldAtTheirValueAndNotBeyond) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     ASSERT_TRUE(writePngBytes(directory / "a.png", 10, 6, 3, anyBytes(180, 1)).has_value());
     ImageLimits limits;
     limits.pixels = 60;
@@ -164,9 +164,9 @@ TEST(Png, LimitsHoldAtTheirValueAndNotBeyond) {
 }
 
 TEST(Png, EmptyPictureIsBadInput) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     EXPECT_FALSE(writePng(directory / "a.png", makeRgbaImage(0, 4)).has_value());
-    EXPECT_TRUE(directory.entries().empty());
+    EXPECT_TRUE(directory.names().empty());
 }
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "common/image/image.h"
+#include "tests/support/temporary_folder.h"
 
 namespace umbriel::test {
 
@@ -28,37 +29,6 @@ constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;
 #endif
-
-class TemporaryDirectory {
- public:
-    TemporaryDirectory() {
-        std::string pattern = (std::filesystem::temp_directory_path() / "umbriel-test-XXXXXX").string();
-        EXPECT_NE(::mkdtemp(pattern.data()), nullptr);
-        _path = pattern;
-    }
-    ~TemporaryDirectory() {
-        std::error_code ignored;
-        std::filesystem::remove_all(_path, ignored);
-    }
-    TemporaryDirectory(const TemporaryDirectory&) = delete;
-    TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-
-    std::filesystem::path operator/(const std::string& name) const { return _path / name; }
-    const std::filesystem::path& path() const { return _path; }
-
-    // Names of everything in it, sorted.
-    std::vector<std::string> entries() const {
-        std::vector<std::string> names;
-        for (const auto& entry : std::filesystem::directory_iterator(_path)) {
-            names.push_back(entry.path().filename().string());
-        }
-        std::sort(names.begin(), names.end());
-        return names;
-    }
-
- private:
-    std::filesystem::path _path;
-};
 
 inline std::string contentOf(const std::filesystem::path& path) {
     std::ifstream stream(path, std::ios::binary);

@@ -58,7 +58,7 @@ TEST(ToneMapping, IsNamed) {
 
 // Reinhard of 1 is 0.5, which is code 188; one stop of exposure makes it 2/3: 213.
 TEST(ToneMapping, PngAppliesItAfterExposure) {
-    const test::TemporaryDirectory folder;
+    const test::TemporaryFolder folder;
     FloatImage picture(2, 1, {"R", "G", "B", "A"}, 1.0F);
     picture.at(1, 0, 0) = std::numeric_limits<float>::infinity();
     const auto codeAt = [&](double exposure, ToneMapping operation, int x) {

@@ -1,9 +1,5 @@
 #include "tests/unit/import/gltf_maker.h"
 
-#include <stdlib.h>
-
-#include <fstream>
-
 namespace umbriel::test {
 namespace {
 
@@ -24,23 +20,6 @@ void appendU32(std::string& out, std::size_t value) {
 }
 
 }  // namespace
-
-TempFolder::TempFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "umbriel-import-XXXXXX").string();
-    UMBRIEL_ASSERT(mkdtemp(name.data()) != nullptr, "no temporary folder");
-    _path = name;
-}
-
-TempFolder::~TempFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(_path, ignored);
-}
-
-std::string TempFolder::write(const std::string& name, const std::string& content) const {
-    std::filesystem::create_directories((_path / name).parent_path());
-    std::ofstream(_path / name, std::ios::binary) << content;
-    return path(name);
-}
 
 int GltfMaker::addView(std::span<const std::byte> data, int stride) {
     _bin.resize((_bin.size() + 3) / 4 * 4);

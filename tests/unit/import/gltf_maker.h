@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
@@ -9,23 +8,21 @@
 
 #include "client/import/load_scene.h"
 #include "common/scene/core_types.h"
+#include "tests/support/temporary_folder.h"
 
 namespace umbriel::test {
 
-// A folder of its own, gone with this object.
+// Paths as text, as the importer takes and prints them.
 class TempFolder {
  public:
-    TempFolder();
-    ~TempFolder();
-    TempFolder(const TempFolder&) = delete;
-    TempFolder& operator=(const TempFolder&) = delete;
-
-    std::string path(const std::string& name) const { return (_path / name).string(); }
+    std::string path(const std::string& name) const { return (_folder / name).string(); }
     // Writes a file and returns its path.
-    std::string write(const std::string& name, const std::string& content) const;
+    std::string write(const std::string& name, const std::string& content) const {
+        return _folder.write(name, content).string();
+    }
 
  private:
-    std::filesystem::path _path;
+    TemporaryFolder _folder;
 };
 
 // Puts a glTF document and its binary data together.

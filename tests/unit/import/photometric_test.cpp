@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-#include <stdlib.h>  // mkdtemp
 
 #include <cmath>
 #include <cstdlib>
@@ -10,6 +9,7 @@
 
 #include "client/import/photometric_eulumdat.h"
 #include "client/import/photometric_ies.h"
+#include "tests/support/temporary_folder.h"
 
 namespace umbriel {
 namespace {
@@ -253,24 +253,18 @@ TEST(PhotometricFiles, MutationsEndWithAnAnswer) {
 }
 
 TEST(PhotometricFiles, MessagesNameTheFile) {
-    std::string pattern = (std::filesystem::temp_directory_path() / "umbriel-photometric-XXXXXX").string();
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    const std::filesystem::path folder = pattern;
-    const auto write = [&folder](const char* name, const std::string& text) {
-        std::ofstream(folder / name, std::ios::binary) << text;
-        return folder / name;
-    };
+    const test::TemporaryFolder folder;
+    const auto write = [&folder](const char* name, const std::string& text) { return folder.write(name, text); };
     EXPECT_TRUE(readPhotometricFile(write("a.IES", ies("0", 1))).has_value());
     EXPECT_TRUE(readPhotometricFile(write("a.ldt", eulumdat(0, 8, 8))).has_value());
     EXPECT_TRUE(readPhotometricFile(write("a.txt", ies("0", 1))).has_value());
     EXPECT_TRUE(readPhotometricFile(write("b.txt", eulumdat(0, 8, 8))).has_value());
     expectRefusal(readPhotometricFile(write("empty.ies", "")), "empty.ies");
     expectRefusal(readPhotometricFile(folder / "none.ies"), "none.ies': no such file");
-    expectRefusal(readPhotometricFile(folder), "not a regular file");
+    expectRefusal(readPhotometricFile(folder.path()), "not a regular file");
     PhotometricLimits limits;
     limits.fileBytes = 10;
     expectRefusal(readPhotometricFile(folder / "a.ldt", limits), "larger than 10 bytes");
-    std::filesystem::remove_all(folder);
 }
 
 // The integral of the web against the flux the files state: makers' own figures, so within a few percent of the output

@@ -1,15 +1,14 @@
 #include "client/trade/trade_report.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "client/trade/trade_choice.h"
+#include "tests/support/temporary_folder.h"
 
 namespace umbriel {
 namespace {
@@ -90,12 +89,7 @@ TEST(TradeReport, WithoutRowsThereIsStillAPage) {
 
 class StoredTradeFile : public testing::Test {
  protected:
-    StoredTradeFile()
-        : folder(std::filesystem::temp_directory_path() / ("umbriel-trade-" + std::to_string(::getpid()))) {
-        std::filesystem::create_directories(folder);
-    }
-    ~StoredTradeFile() override { std::filesystem::remove_all(folder); }
-    std::filesystem::path folder;
+    test::TemporaryFolder folder;
 };
 
 TEST_F(StoredTradeFile, ComesBackAsItWas) {
