@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
-#include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,6 +16,9 @@
 #include "client/session/server_process.h"
 #include "common/base/clock.h"
 #include "tests/sim/random.h"
+#include "tests/support/reserved_port.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/wait_until.h"
 
 extern char** environ;
 
@@ -74,8 +76,7 @@ class Program {
 TEST(BakeChaos, KilledServersAndClientsLeaveTheSameFile) {
     const char* wanted = std::getenv("UMBRIEL_CHAOS_BAKES");
     const int bakes = wanted ? std::atoi(wanted) : 4;
-    std::string name = (fs::path(::testing::TempDir()) / "umbriel_bake_chaos_XXXXXX").string();
-    const fs::path folder = ::mkdtemp(name.data());
+    const test::TemporaryFolder folder;
     const fs::path log = folder / "log";
     const std::vector<std::string> bake{"bake", "demo:cloth", "--size", "32", "--shards", "13"};
     const auto with = [&](std::vector<std::string> more) {
@@ -90,22 +91,21 @@ TEST(BakeChaos, KilledServersAndClientsLeaveTheSameFile) {
     const std::string expected = contentOf(folder / "reference.umvis");
 
     std::vector<std::unique_ptr<ServerProcess>> servers(kServers);
-    std::vector<std::uint16_t> ports(kServers, 0);
+    const test::ReservedPort ports[kServers];  // theirs while they are away, too
     std::string addresses;
     const auto start = [&](std::size_t i) {
         auto process = ServerProcess::start(
             kBin / "umbriel-server",
-            {"--name", "s" + std::to_string(i), "--listen", "127.0.0.1:" + std::to_string(ports[i]), "--bake-threads",
-             "1", "--bake-priority", "normal", "--log-level", "off"},
+            {"--name", "s" + std::to_string(i), "--listen", "127.0.0.1:" + std::to_string(ports[i].number()),
+             "--bake-threads", "1", "--bake-priority", "normal", "--log-level", "off"},
             {"LP_NUM_THREADS=0"});
         ASSERT_TRUE(process) << process.error().message;
         servers[i] = std::make_unique<ServerProcess>(std::move(*process));
     };
     for (std::size_t i = 0; i < kServers; ++i) {
         start(i);
-        const auto port = servers[i]->waitForPort(std::chrono::seconds(30));
+        const auto port = servers[i]->waitForPort(test::kPatience);
         ASSERT_TRUE(port) << port.error().message;
-        ports[i] = *port;
         addresses += (i > 0 ? "," : "") + std::string("s") + std::to_string(i) + "=127.0.0.1:" + std::to_string(*port);
     }
 
@@ -117,7 +117,7 @@ TEST(BakeChaos, KilledServersAndClientsLeaveTheSameFile) {
             with({"--servers", addresses, "--audit", "20", "--resume", "--out", out});
         auto client = std::make_unique<Program>(arguments, log);
         int events = static_cast<int>(random.between(2, 6));
-        const TimePoint end = SteadyClock().now() + std::chrono::seconds(120);
+        const TimePoint end = SteadyClock().now() + test::kPatience;
         while (true) {
             const TimePoint next = SteadyClock().now() + std::chrono::milliseconds(random.between(50, 900));
             while (SteadyClock().now() < next && !client->hasEnded())
@@ -146,7 +146,6 @@ TEST(BakeChaos, KilledServersAndClientsLeaveTheSameFile) {
         EXPECT_FALSE(fs::exists(out.string() + ".bake"));
     }
     std::printf("%d bakes, %d servers and %d clients killed\n", bakes, serverKills, clientKills);
-    if (!::testing::Test::HasFailure()) fs::remove_all(folder);
 }
 
 }  // namespace

@@ -17,6 +17,8 @@
 #include "common/scene/core_types.h"
 #include "common/scene/nodes.h"
 #include "tests/sim/random.h"
+#include "tests/support/reserved_port.h"
+#include "tests/support/wait_until.h"
 
 namespace umbriel {
 namespace {
@@ -44,6 +46,7 @@ TEST(Chaos, KilledAndStoppedServersComeBackAndTheOthersGoOn) {
     registerCoreTypes(types);
     ClusterOptions options;
     options.policy = FailurePolicy::Degrade;
+    options.connectTimeout = test::kPatience;
     std::vector<TileAssignment> tiles;
     std::vector<std::unique_ptr<ServerProcess>> processes;
     const auto start = [&](std::size_t i, std::uint16_t port) {
@@ -51,10 +54,11 @@ TEST(Chaos, KilledAndStoppedServersComeBackAndTheOthersGoOn) {
             kServer, {"--name", "s" + std::to_string(i), "--listen", "127.0.0.1:" + std::to_string(port)},
             {"LP_NUM_THREADS=0"});
     };
+    const test::ReservedPort ports[4];  // theirs while they are away, too
     for (std::size_t i = 0; i < 4; ++i) {
-        auto process = start(i, 0);
+        auto process = start(i, ports[i].number());
         ASSERT_TRUE(process) << process.error().message;
-        const auto port = process->waitForPort(std::chrono::seconds(30));
+        const auto port = process->waitForPort(test::kPatience);
         ASSERT_TRUE(port) << port.error().message;
         options.servers.push_back({"s" + std::to_string(i), "127.0.0.1", *port});
         processes.push_back(std::make_unique<ServerProcess>(std::move(*process)));
@@ -109,7 +113,7 @@ TEST(Chaos, KilledAndStoppedServersComeBackAndTheOthersGoOn) {
             ASSERT_TRUE(again) << again.error().message;
             processes[victim] = std::make_unique<ServerProcess>(std::move(*again));
             // The driver's start is not the cluster's: its return counts from when it listens.
-            ASSERT_TRUE(processes[victim]->waitForPort(std::chrono::seconds(30)));
+            ASSERT_TRUE(processes[victim]->waitForPort(test::kPatience));
         } else {
             ::kill(processes[victim]->pid(), SIGSTOP);
             drawFor(static_cast<double>(random.between(100, 3000)) / 1000.0);
@@ -119,7 +123,7 @@ TEST(Chaos, KilledAndStoppedServersComeBackAndTheOthersGoOn) {
         do {
             const auto report = draw();
             ASSERT_TRUE(report) << report.error().message;
-            ASSERT_LT(secondsNow() - back, 30.0) << "server s" << victim << " does not come back";
+            ASSERT_LT(secondsNow() - back, toSeconds(test::kPatience)) << "server s" << victim << " does not come back";
         } while (!whole);
         longestReturn = std::max(longestReturn, secondsNow() - back);
         drawFor(0.1);

@@ -6,14 +6,13 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/e2e/run_program.h"
+#include "tests/support/reserved_port.h"
 
 namespace umbriel::e2e {
 namespace {
 
 using json = nlohmann::json;
 namespace fs = std::filesystem;
-
-constexpr std::chrono::seconds kLimit(240);  // bakes have what other programs leave of the processors
 
 std::vector<std::string> bakeWith(const std::string& scene, const std::string& out, std::vector<std::string> more) {
     more.insert(more.begin(), {"bake", scene, "--out", out, "--json"});
@@ -28,14 +27,14 @@ TEST(BakeCluster, ServersThreadsAndProcessesMakeTheSameFile) {
         more.insert(more.begin(), {"--size", "8"});
         return more;
     };
-    const Outcome threads = run("umbriel", bakeWith(scene, folder / "threads", with({"--threads", "2"})), kLimit);
+    const Outcome threads = run("umbriel", bakeWith(scene, folder / "threads", with({"--threads", "2"})));
     ASSERT_EQ(threads.exitCode, 0) << threads.err;
     const json expected = json::parse(threads.out);
     EXPECT_EQ(expected["servers"], 0);
     for (const int servers : {1, 2, 3, 5}) {
         const std::string out = folder / ("servers" + std::to_string(servers));
         const Outcome outcome =
-            run("umbriel", bakeWith(scene, out, with({"--shards", "10", "--local", std::to_string(servers)})), kLimit);
+            run("umbriel", bakeWith(scene, out, with({"--shards", "10", "--local", std::to_string(servers)})));
         ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
         const json report = json::parse(outcome.out);
         EXPECT_EQ(report["sha256"], expected["sha256"]) << servers;
@@ -47,8 +46,7 @@ TEST(BakeCluster, ServersThreadsAndProcessesMakeTheSameFile) {
     std::vector<std::string> merge{"bake", "merge", "--out", folder / "merged", "--json"};
     for (int i = 0; i < 3; ++i) {
         const std::string part = folder / ("part" + std::to_string(i));
-        ASSERT_EQ(run("umbriel", bakeWith(scene, part, with({"--shard", std::to_string(i) + "/3"})), kLimit).exitCode,
-                  0);
+        ASSERT_EQ(run("umbriel", bakeWith(scene, part, with({"--shard", std::to_string(i) + "/3"}))).exitCode, 0);
         merge.push_back(part);
     }
     const Outcome merged = run("umbriel", merge);
@@ -64,9 +62,8 @@ constexpr const char* kOddMesh =
 TEST(BakeCluster, OddMeshesAreBakedAndBrokenOnesRefusedAsByThreads) {
     TemporaryFolder folder;
     writeFile(folder / "odd.obj", kOddMesh);
-    ASSERT_EQ(run("umbriel", bakeWith(folder / "odd.obj", folder / "a", {"--size", "8"}), kLimit).exitCode, 0);
-    const Outcome odd =
-        run("umbriel", bakeWith(folder / "odd.obj", folder / "b", {"--size", "8", "--local", "2"}), kLimit);
+    ASSERT_EQ(run("umbriel", bakeWith(folder / "odd.obj", folder / "a", {"--size", "8"})).exitCode, 0);
+    const Outcome odd = run("umbriel", bakeWith(folder / "odd.obj", folder / "b", {"--size", "8", "--local", "2"}));
     EXPECT_EQ(odd.exitCode, 0) << odd.err;
     EXPECT_EQ(readFile(folder / "a"), readFile(folder / "b"));
 
@@ -84,7 +81,8 @@ TEST(BakeCluster, OddMeshesAreBakedAndBrokenOnesRefusedAsByThreads) {
 
 TEST(BakeCluster, ArgumentsThatContradictAreRefused) {
     TemporaryFolder folder;
-    const std::string server = "127.0.0.1:1";
+    const test::ReservedPort closed;
+    const std::string server = "127.0.0.1:" + std::to_string(closed.number());
     const std::vector<std::vector<std::string>> wrong{{"--servers", server, "--local", "2"},
                                                       {"--servers", server, "--threads", "2"},
                                                       {"--local", "2", "--shard", "0/2"},
@@ -106,13 +104,13 @@ TEST(BakeCluster, ArgumentsThatContradictAreRefused) {
 TEST(BakeCluster, AfterAFullDiskAndDamageItGoesOn) {
     TemporaryFolder folder;
     const std::vector<std::string> settings{"--size", "16", "--local", "2"};
-    ASSERT_EQ(run("umbriel", bakeWith("demo:cloth", folder / "whole", {"--size", "16"}), kLimit).exitCode, 0);
+    ASSERT_EQ(run("umbriel", bakeWith("demo:cloth", folder / "whole", {"--size", "16"})).exitCode, 0);
     const std::string whole = readFile(folder / "whole");
     const std::string out = folder / "maps.umvis";
     const std::size_t blocks = whole.size() / 1024 * 3 / 4;  // shards fit, the file does not
     std::string command = "trap '' XFSZ; ulimit -f " + std::to_string(blocks) + "; exec umbriel";
     for (const std::string& argument : bakeWith("demo:cloth", out, settings)) command += " '" + argument + "'";
-    const Outcome full = run("/bin/bash", {"-c", "PATH=" UMBRIEL_BIN_DIR ":$PATH; " + command}, kLimit);
+    const Outcome full = run("/bin/bash", {"-c", "PATH=" UMBRIEL_BIN_DIR ":$PATH; " + command});
     EXPECT_EQ(full.exitCode, 1) << full.out << full.err;
     EXPECT_NE(full.err.find("--resume"), std::string::npos) << full.err;
     EXPECT_FALSE(fs::exists(out));
@@ -121,9 +119,9 @@ TEST(BakeCluster, AfterAFullDiskAndDamageItGoesOn) {
     // Without --resume nothing is overwritten; another mesh and other settings are refused.
     const auto resumed = [&](const std::string& scene, std::vector<std::string> more) {
         more.push_back("--resume");
-        return run("umbriel", bakeWith(scene, out, more), kLimit);
+        return run("umbriel", bakeWith(scene, out, more));
     };
-    EXPECT_EQ(run("umbriel", bakeWith("demo:cloth", out, settings), kLimit).exitCode, 2);
+    EXPECT_EQ(run("umbriel", bakeWith("demo:cloth", out, settings)).exitCode, 2);
     EXPECT_EQ(resumed("demo:cloth", {"--size", "8", "--local", "1"}).exitCode, 2);
     EXPECT_EQ(resumed("demo:city", {"--size", "16", "--local", "1"}).exitCode, 2);
 
@@ -144,23 +142,20 @@ TEST(BakeCluster, AfterAFullDiskAndDamageItGoesOn) {
 TEST(BakeCluster, RunningServersBakeForOneClientAfterTheOther) {
     TemporaryFolder folder;
     Background server("umbriel-server", {"--name", "left", "--listen", "127.0.0.1:0", "--bake-threads", "1"});
-    ASSERT_TRUE(server.waitFor("listening on 127.0.0.1:")) << server.printed();
-    const std::string said = server.printed();
-    const std::size_t at = said.find("127.0.0.1:", said.find("listening"));
-    const std::string address = said.substr(at, said.find_first_of(" \n", at) - at);
+    const std::string address = server.waitForAddress();
+    ASSERT_FALSE(address.empty()) << server.printed();
     for (const char* mapping : {"hemisphere", "octahedral"}) {
         const std::vector<std::string> settings{"--size", "8", "--mapping", mapping};
         auto there = settings;
         there.insert(there.end(), {"--servers", "left=" + address, "--distance"});
         auto here = settings;
         here.push_back("--distance");
-        const Outcome outcome = run("umbriel", bakeWith("demo:cloth", folder / "there", there), kLimit);
+        const Outcome outcome = run("umbriel", bakeWith("demo:cloth", folder / "there", there));
         ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
-        ASSERT_EQ(run("umbriel", bakeWith("demo:cloth", folder / "here", here), kLimit).exitCode, 0);
+        ASSERT_EQ(run("umbriel", bakeWith("demo:cloth", folder / "here", here)).exitCode, 0);
         EXPECT_EQ(readFile(folder / "there"), readFile(folder / "here")) << mapping;
     }
-    const Outcome misnamed =
-        run("umbriel", bakeWith("demo:cloth", folder / "x", {"--servers", "right=" + address}), kLimit);
+    const Outcome misnamed = run("umbriel", bakeWith("demo:cloth", folder / "x", {"--servers", "right=" + address}));
     EXPECT_EQ(misnamed.exitCode, 1);
     EXPECT_NE(misnamed.err.find("right"), std::string::npos) << misnamed.err;
 }

@@ -14,7 +14,7 @@ namespace {
 
 void render(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "render");
-    const Outcome outcome = run("umbriel", arguments, std::chrono::seconds(240));
+    const Outcome outcome = run("umbriel", arguments);
     ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
 }
 

@@ -129,10 +129,8 @@ TEST(Illumination, WrongMaterialValuesAreRepairedWithAMessageThatSaysWhich) {
 
 TEST(Models, TheSheetsFiguresHoldWhatTheTextbookSays) {
     const TemporaryFolder folder;
-    const Outcome outcome =
-        run("umbriel",
-            {"models", "demo:torus?n=16", "--size", "96x72", "--frames", "1", "--out", folder / "sheet.png", "--json"},
-            std::chrono::seconds(240));
+    const Outcome outcome = run("umbriel", {"models", "demo:torus?n=16", "--size", "96x72", "--frames", "1", "--out",
+                                            folder / "sheet.png", "--json"});
     ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
     const auto report = nlohmann::json::parse(outcome.out);
     EXPECT_EQ(report["cases"].size(), 16u);

@@ -5,11 +5,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
-#include <thread>
+
+#include "tests/support/wait_until.h"
 
 namespace umbriel::e2e {
 namespace {
@@ -36,93 +36,66 @@ pid_t start(const std::string& program, const std::vector<std::string>& argument
 
 }  // namespace
 
-Outcome run(const std::string& program, const std::vector<std::string>& arguments, std::chrono::seconds limit) {
+Outcome run(const std::string& program, const std::vector<std::string>& arguments) {
     const TemporaryFolder folder;
-    const auto begin = std::chrono::steady_clock::now();
     const pid_t pid = start(program, arguments, folder / "out", folder / "err");
     if (pid < 0) throw std::runtime_error("fork failed");
     int status = 0;
-    while (::waitpid(pid, &status, WNOHANG) == 0) {
-        if (std::chrono::steady_clock::now() - begin > limit) ::kill(-pid, SIGKILL);
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    if (!test::waitUntil([&] { return ::waitpid(pid, &status, WNOHANG) != 0; })) {
+        ::kill(-pid, SIGKILL);
+        ::waitpid(pid, &status, 0);
     }
     Outcome outcome;
     outcome.exitCode = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    outcome.duration = std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - begin);
     outcome.out = readFile(folder / "out");
     outcome.err = readFile(folder / "err");
     return outcome;
 }
 
-Background::Background(const std::string& program, const std::vector<std::string>& arguments) {
-    char name[] = "/tmp/umbriel-e2e-log-XXXXXX";
-    const int fd = ::mkstemp(name);
-    if (fd < 0) throw std::runtime_error("no temporary file");
-    ::close(fd);
-    _log = name;
-    _pid = start(program, arguments, _log, _log);
-}
+Background::Background(const std::string& program, const std::vector<std::string>& arguments)
+    : _log(_folder / "log"), _pid(start(program, arguments, _log, _log)) {}
 
 Background::~Background() {
     if (_pid > 0) {
         ::kill(-_pid, SIGKILL);
         ::waitpid(_pid, nullptr, 0);
     }
-    std::error_code error;
-    fs::remove(_log, error);
 }
 
-void Background::terminate(std::chrono::seconds limit) const {
+void Background::terminate() const {
     ::kill(_pid, SIGTERM);
-    const auto begin = std::chrono::steady_clock::now();
-    while (!isZombie(_pid) && std::chrono::steady_clock::now() - begin < limit) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
+    (void)test::waitUntil([&] { return isZombie(_pid); });
 }
 
 std::string Background::printed() const { return readFile(_log); }
 
-bool Background::waitFor(const std::string& text, std::chrono::seconds limit) const {
-    const auto begin = std::chrono::steady_clock::now();
-    while (std::chrono::steady_clock::now() - begin < limit) {
-        if (printed().find(text) != std::string::npos) return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    return false;
+bool Background::waitFor(const std::string& text) const {
+    bool found = false;
+    (void)test::waitUntil([&] {
+        const bool hasEnded = isZombie(_pid);  // asked before reading: what it printed last is seen
+        found = printed().find(text) != std::string::npos;
+        return found || hasEnded;
+    });
+    return found;
 }
 
-std::optional<std::string> Background::waitForLine(const std::function<bool(const std::string&)>& isWanted,
-                                                   std::chrono::seconds limit) const {
-    const auto begin = std::chrono::steady_clock::now();
-    while (std::chrono::steady_clock::now() - begin < limit) {
-        const bool hasEnded = isZombie(_pid);  // asked before reading: what it printed last is seen
+std::optional<std::string> Background::waitForLine(const std::function<bool(const std::string&)>& isWanted) const {
+    std::optional<std::string> found;
+    (void)test::waitUntil([&] {
+        const bool hasEnded = isZombie(_pid);  // asked before reading
         std::istringstream lines(printed());
         // A line without its end may still grow.
-        for (std::string line; std::getline(lines, line) && !lines.eof();) {
-            if (isWanted(line)) return line;
-        }
-        if (hasEnded) return std::nullopt;
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    return std::nullopt;
+        for (std::string line; !found && std::getline(lines, line) && !lines.eof();)
+            if (isWanted(line)) found = line;
+        return found || hasEnded;
+    });
+    return found;
 }
 
-TemporaryFolder::TemporaryFolder() {
-    char name[] = "/tmp/umbriel-e2e-XXXXXX";
-    if (!::mkdtemp(name)) throw std::runtime_error("no temporary folder");
-    _path = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-    std::error_code error;
-    fs::remove_all(_path, error);
-}
-
-std::vector<std::string> TemporaryFolder::names() const {
-    std::vector<std::string> names;
-    for (const auto& entry : fs::directory_iterator(_path)) names.push_back(entry.path().filename().string());
-    std::sort(names.begin(), names.end());
-    return names;
+std::string Background::waitForAddress() const {
+    const std::string announced = "listening on ";
+    const auto line = waitForLine([&](const std::string& text) { return text.find(announced) != std::string::npos; });
+    return line ? line->substr(line->find(announced) + announced.size()) : std::string();
 }
 
 std::vector<int> childrenOf(int pid) {

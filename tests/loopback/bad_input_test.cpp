@@ -13,12 +13,15 @@
 #include "server/session/render_server.h"
 #include "tests/support/fake_renderer.h"
 #include "tests/support/framed.h"
+#include "tests/support/reserved_port.h"
+#include "tests/support/wait_until.h"
 
 namespace umbriel {
 namespace {
 
 using namespace std::chrono_literals;
 using test::framed;
+using test::kPatience;
 using wire::MessageType;
 
 bool has(const std::string& text, const std::string& part) {
@@ -54,7 +57,7 @@ class Stranger {
             const test::Heard heard = test::heard(_answer);
             if (until && !heard.types.empty() && heard.types.back() == *until) return heard;
             pollfd waiting{_socket, POLLIN, 0};
-            if (::poll(&waiting, 1, 20'000) != 1) {
+            if (::poll(&waiting, 1, static_cast<int>(kPatience / 1ms)) != 1) {
                 ADD_FAILURE() << "the peer neither answers nor closes";
                 return heard;
             }
@@ -70,18 +73,6 @@ class Stranger {
     wire::Bytes _answer;
 };
 
-std::uint16_t freePort() {
-    const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof(address);
-    EXPECT_EQ(::bind(socket, reinterpret_cast<sockaddr*>(&address), size), 0);
-    ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size);
-    ::close(socket);
-    return ntohs(address.sin_port);
-}
-
 // A client and a server in this process. dials: the server reaches the client, whose port strangers reach, too.
 class Wall {
  public:
@@ -92,7 +83,7 @@ class Wall {
         std::promise<std::uint16_t> listening;
         ClusterOptions cluster;
         if (dials) {
-            port = freePort();
+            port = _reserved.number();
             options.dialHost = "127.0.0.1";
             options.dialPort = port;
             cluster.listenHost = "127.0.0.1";
@@ -107,8 +98,8 @@ class Wall {
             port = listening.get_future().get();
             cluster.servers.push_back({"left", "127.0.0.1", port});
         }
+        cluster.connectTimeout = kPatience;
         addresses = cluster;
-        cluster.connectTimeout = 20s;
         auto connected = Cluster::connect(cluster, types, {{0, {0, 0, 10, 10}, Eye::Mono}});
         EXPECT_TRUE(connected) << connected.error().message;
         if (connected) _cluster = std::move(*connected);
@@ -132,6 +123,7 @@ class Wall {
     ClusterOptions addresses;
 
  private:
+    const test::ReservedPort _reserved;
     test::FakeRenderer _renderer;
     std::unique_ptr<RenderServer> _server;
     std::thread _thread;
@@ -232,11 +224,12 @@ TEST_P(Replay, OfASessionIsRefusedWhileItLives) {
     append(session, framed(wire::Heartbeat{}, 1, 2));
     std::unique_ptr<Stranger> first;
     // The server notices in its own time that its client has left.
-    for (test::Heard heard; heard.types.empty() || heard.types.back() != MessageType::Welcome;) {
+    ASSERT_TRUE(test::waitUntil([&] {
         first = std::make_unique<Stranger>(wall.port);
         first->say(framed(hello(), 0, 0));
-        heard = first->answer(MessageType::Welcome);
-    }
+        const test::Heard heard = first->answer(MessageType::Welcome);
+        return !heard.types.empty() && heard.types.back() == MessageType::Welcome;
+    }));
     first->say(std::span(session).subspan(framed(hello(), 0, 0).size()));
     Stranger again(wall.port);
     again.say(session);

@@ -15,6 +15,8 @@
 #include "common/scene/nodes.h"
 #include "server/session/render_server.h"
 #include "tests/support/fake_renderer.h"
+#include "tests/support/reserved_port.h"
+#include "tests/support/wait_until.h"
 
 namespace umbriel {
 namespace {
@@ -76,6 +78,7 @@ struct ClusterOnLoopback : testing::Test {
     Result<std::unique_ptr<Cluster>> connect(const Servers& servers, std::vector<TileAssignment> tiles) {
         ClusterOptions options;
         options.servers = servers.addresses;
+        options.connectTimeout = test::kPatience;
         return Cluster::connect(options, types, std::move(tiles));
     }
 };
@@ -133,6 +136,7 @@ TEST_F(ClusterOnLoopback, WithLatencyOneTheClientWorksWhileTheServersDraw) {
     Servers servers(types, 1);
     ClusterOptions options;
     options.servers = servers.addresses;
+    options.connectTimeout = test::kPatience;
     options.latency = 1;
     auto cluster = Cluster::connect(options, types, row(1, 10));
     ASSERT_TRUE(cluster) << cluster.error().message;
@@ -242,6 +246,7 @@ TEST_F(ClusterOnLoopback, UnderDegradeAndStrictADifferenceIsNamedWhileTheWallGoe
         Servers servers(types, 2);
         ClusterOptions options;
         options.servers = servers.addresses;
+        options.connectTimeout = test::kPatience;
         options.policy = policy;
         auto cluster = Cluster::connect(options, types, row(2, 10));
         ASSERT_TRUE(cluster);
@@ -259,12 +264,12 @@ TEST_F(ClusterOnLoopback, UnderDegradeAndStrictADifferenceIsNamedWhileTheWallGoe
         corrupt(scene, geometry);
         std::vector<std::string> differences;
         std::set<std::string> back;
-        const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-        while ((differences.size() < 2 || back.size() < 2) && std::chrono::steady_clock::now() < end) {
+        EXPECT_TRUE(test::waitUntil([&] {
             const FrameReport report = frame();
             differences.insert(differences.end(), report.differences.begin(), report.differences.end());
             back.insert(report.rejoined.begin(), report.rejoined.end());
-        }
+            return differences.size() >= 2 && back.size() >= 2;
+        }));
         ASSERT_EQ(differences.size(), 2u);
         for (const std::string& text : differences)
             for (const std::string part : {"'server", "Geometry #9001", "'bumper'", "'positions'"})
@@ -275,16 +280,17 @@ TEST_F(ClusterOnLoopback, UnderDegradeAndStrictADifferenceIsNamedWhileTheWallGoe
 
 TEST_F(ClusterOnLoopback, AServerThatIsNotThereIsNamedInTime) {
     Servers servers(types, 1);
+    const test::ReservedPort nobody;
     ClusterOptions options;
-    options.servers = servers.addresses;
-    options.servers.push_back({"right", "127.0.0.1", 1});
+    options.servers = {{"right", "127.0.0.1", nobody.number()}, servers.addresses[0]};
     options.connectTimeout = std::chrono::milliseconds(400);
     auto cluster = Cluster::connect(options, types, row(2, 10));
     ASSERT_FALSE(cluster);
-    EXPECT_EQ(cluster.error().message, "server 'right' at 127.0.0.1:1 cannot be reached: connection refused; is "
-                                       "umbriel-server running there?");
+    EXPECT_EQ(cluster.error().message, "server 'right' at 127.0.0.1:" + std::to_string(nobody.number()) +
+                                           " cannot be reached: connection refused; is umbriel-server running there?");
     options.servers = servers.addresses;
     options.servers[0].name = "middle";
+    options.connectTimeout = test::kPatience;
     cluster = Cluster::connect(options, types, row(2, 10));
     ASSERT_FALSE(cluster);
     EXPECT_TRUE(has(cluster.error().message, "'server0'") && has(cluster.error().message, "'middle'"))

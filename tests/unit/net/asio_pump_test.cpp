@@ -2,7 +2,9 @@
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <linux/sockios.h>
 #include <netinet/in.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -11,6 +13,9 @@
 #include <map>
 #include <mutex>
 #include <thread>
+
+#include "tests/support/reserved_port.h"
+#include "tests/support/wait_until.h"
 
 namespace umbriel::net {
 namespace {
@@ -31,6 +36,7 @@ class Echo final : public protocol::Endpoint {
     void received(ConnectionId id, std::span<const std::byte> bytes, TimePoint) override {
         if (putsOff) due = TimePoint::max();
         if (id == dialled) return set([&] { answer.insert(answer.end(), bytes.begin(), bytes.end()); });
+        set([&] { heard += bytes.size(); });
         _queues.at(id)->push(bytes, std::span<const std::byte>());
     }
     void written(ConnectionId, TimePoint) override {}
@@ -70,7 +76,7 @@ class Echo final : public protocol::Endpoint {
     template <class Condition>
     bool wait(Condition condition) {
         std::unique_lock lock(_mutex);
-        return _changed.wait_for(lock, 20s, condition);
+        return _changed.wait_for(lock, test::kPatience, condition);
     }
 
     std::vector<Action> actions;
@@ -79,6 +85,7 @@ class Echo final : public protocol::Endpoint {
     ConnectionId dialled = 0;
     std::string failure;
     std::vector<std::byte> answer;
+    std::size_t heard = 0;  // from who dialled us
     int endings = 0;
     int advances = 0;
 
@@ -112,45 +119,41 @@ struct Running {
     }
 };
 
+// One that listens and one that has dialled it.
+struct Connected {
+    Running listening, dialling;
+    Connected() {
+        const auto port = listening.pump.listen("127.0.0.1", 0);
+        EXPECT_TRUE(port) << port.error().message;
+        listening.run();
+        dialling.run();
+        dialling.dial("localhost", *port);
+        EXPECT_TRUE(listening.pump.wait([&] { return listening.echo.isConnected(); }, test::kPatience));
+        EXPECT_TRUE(dialling.pump.wait([&] { return dialling.echo.dialled != 0; }, test::kPatience));
+    }
+};
+
 TEST(AsioPump, BytesArriveCompleteAndInOrder) {
-    Running server, client;
-    const auto port = server.pump.listen("127.0.0.1", 0);
-    ASSERT_TRUE(port) << port.error().message;
-    server.run();
-    client.run();
-    client.dial("localhost", *port);
+    Connected both;
     wire::Bytes sent(8 << 20);
     for (std::size_t i = 0; i < sent.size(); ++i) sent[i] = static_cast<std::byte>(i * 7 + i / 251);
     const auto shared = std::make_shared<const wire::Bytes>(sent);
-    std::atomic<bool> pushed = false;
-    while (!pushed) {
-        client.pump.post([&] {
-            if (client.echo.dialled && !pushed.exchange(true)) client.echo.output(client.echo.dialled)->push({}, shared);
-        });
-        std::this_thread::sleep_for(1ms);
-    }
-    ASSERT_TRUE(client.echo.wait([&] { return client.echo.answer.size() == sent.size(); }));
-    EXPECT_TRUE(client.echo.answer == sent);
+    Echo& client = both.dialling.echo;
+    both.dialling.pump.post([&] { client.output(client.dialled)->push({}, shared); });
+    ASSERT_TRUE(client.wait([&] { return client.answer.size() == sent.size(); }));
+    EXPECT_TRUE(client.answer == sent);
 }
 
 TEST(AsioPump, LastWordsAreReadBeforeTheEnd) {
-    Running server, client;
-    const auto port = server.pump.listen("127.0.0.1", 0);
-    ASSERT_TRUE(port);
-    server.run();
-    client.run();
-    client.dial("127.0.0.1", *port);
-    std::atomic<bool> pushed = false;
-    while (!pushed) {
-        client.pump.post([&] {
-            if (!client.echo.dialled || pushed.exchange(true)) return;
-            client.echo.output(client.echo.dialled)->push(wire::Bytes(100, std::byte{1}), std::span<const std::byte>());
-            client.echo.actions.push_back({Action::Kind::Close, client.echo.dialled, 0, {}, 0});
-        });
-        std::this_thread::sleep_for(1ms);
-    }
-    EXPECT_TRUE(client.echo.wait([&] { return client.echo.endings == 1; }));
-    EXPECT_TRUE(server.echo.wait([&] { return server.echo.endings == 1; }));
+    Connected both;
+    Echo& client = both.dialling.echo;
+    both.dialling.pump.post([&] {
+        client.output(client.dialled)->push(wire::Bytes(100, std::byte{1}), std::span<const std::byte>());
+        client.actions.push_back({Action::Kind::Close, client.dialled, 0, {}, 0});
+    });
+    EXPECT_TRUE(client.wait([&] { return client.endings == 1; }));
+    EXPECT_TRUE(both.listening.echo.wait([&] { return both.listening.echo.endings == 1; }));
+    EXPECT_EQ(both.listening.echo.heard, 100u);
 }
 
 TEST(AsioPump, NothingBeyondLoopbackWithoutPermission) {
@@ -177,30 +180,63 @@ TEST(AsioPump, APortInUseAndAHostThatIsNotThereAreErrors) {
     EXPECT_NE(again.error().message.find("address already in use"), std::string::npos) << again.error().message;
     Running dialler;
     dialler.run();
-    dialler.dial("127.0.0.1", 1);
+    const test::ReservedPort nobody;
+    dialler.dial("127.0.0.1", nobody.number());
     ASSERT_TRUE(dialler.echo.wait([&] { return !dialler.echo.failure.empty(); }));
     EXPECT_EQ(dialler.echo.failure, "connection refused");
 }
 
+// A program on a socket of its own that waits for one peer.
+class PlainPeer {
+ public:
+    PlainPeer() : _listener(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+        sockaddr_in address{};
+        address.sin_family = AF_INET;
+        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        socklen_t size = sizeof(address);
+        EXPECT_EQ(::bind(_listener, reinterpret_cast<sockaddr*>(&address), size), 0);
+        EXPECT_EQ(::listen(_listener, 1), 0);
+        EXPECT_EQ(::getsockname(_listener, reinterpret_cast<sockaddr*>(&address), &size), 0);
+        port = ntohs(address.sin_port);
+    }
+    ~PlainPeer() {
+        ::close(_socket);
+        ::close(_listener);
+    }
+    PlainPeer(const PlainPeer&) = delete;
+    PlainPeer& operator=(const PlainPeer&) = delete;
+
+    void accept() { _socket = ::accept4(_listener, nullptr, nullptr, SOCK_CLOEXEC); }
+    // Returns when the bytes lie in the peer's socket: the system delivers in its own time, under load after send().
+    void say(std::span<const std::byte> bytes) const {
+        EXPECT_EQ(::send(_socket, bytes.data(), bytes.size(), MSG_NOSIGNAL), static_cast<ssize_t>(bytes.size()));
+        EXPECT_TRUE(test::waitUntil([&] {
+            int onTheWay = 1;
+            return ::ioctl(_socket, SIOCOUTQ, &onTheWay) == 0 && onTheWay == 0;
+        }));
+    }
+
+    std::uint16_t port = 0;
+
+ private:
+    int _listener;
+    int _socket = -1;
+};
+
 // A program that was stopped, or kept waiting for a processor: what its peer said meanwhile lies in the socket.
 TEST(AsioPump, WhatHasComeIsReadBeforeADeadlineIsJudged) {
-    Running listening;
-    const auto port = listening.pump.listen("127.0.0.1", 0);
-    ASSERT_TRUE(port);
-    listening.run();
+    PlainPeer peer;
     Running dialling;
-    dialling.run();
-    dialling.dial("127.0.0.1", *port);
-    const wire::Bytes word(5, std::byte{1});
-    const auto say = [&] { listening.pump.enter([&] { listening.echo.sayToAll(word); }); };
     dialling.echo.putsOff = true;
-    ASSERT_TRUE(listening.pump.wait([&] { return listening.echo.isConnected(); }, 20s));
-    ASSERT_TRUE(dialling.pump.wait([&] { return dialling.echo.dialled != 0; }, 20s));
+    dialling.run();
+    dialling.dial("127.0.0.1", peer.port);
+    peer.accept();
+    ASSERT_TRUE(dialling.pump.wait([&] { return dialling.echo.dialled != 0; }, test::kPatience));
+    const wire::Bytes word(5, std::byte{1});
     for (std::size_t said = 0; said < 5; ++said) {
         dialling.pump.enter([&] {
-            dialling.echo.due = SteadyClock().now() + 1ms;
-            std::this_thread::sleep_until(dialling.echo.due + 5ms);
-            say();
+            dialling.echo.due = SteadyClock().now();
+            peer.say(word);
         });
         EXPECT_TRUE(dialling.echo.wait([&] { return dialling.echo.answer.size() > said * word.size(); }));
     }
@@ -208,25 +244,20 @@ TEST(AsioPump, WhatHasComeIsReadBeforeADeadlineIsJudged) {
 }
 
 TEST(AsioPump, WhoWaitsHearsOfWhatComesAndOfWhatOthersDo) {
-    Running listening;
-    const auto port = listening.pump.listen("127.0.0.1", 0);
-    ASSERT_TRUE(port);
-    listening.run();
-    Running dialling;
-    dialling.run();
-    dialling.dial("127.0.0.1", *port);
-    ASSERT_TRUE(dialling.pump.wait([&] { return dialling.echo.dialled != 0; }, 20s));
+    Connected both;
+    Running& dialling = both.dialling;
     // Back and forth, faster than the pump's own thread takes over, and slower.
     for (std::size_t i = 1; i <= 300; ++i) {
         if (i % 50 == 0) std::this_thread::sleep_for(1ms);
         dialling.pump.enter([&] { dialling.echo.sayToAll(wire::Bytes(1, std::byte{2})); });
-        ASSERT_TRUE(dialling.pump.wait([&] { return dialling.echo.answer.size() >= i; }, 20s)) << i;
+        ASSERT_TRUE(dialling.pump.wait([&] { return dialling.echo.answer.size() >= i; }, test::kPatience)) << i;
     }
     // Several wait; one of them listens, and others change what they wait for.
     std::atomic<int> stage = 0;
     std::vector<std::thread> waiting;
     for (int i = 1; i <= 3; ++i)
-        waiting.emplace_back([&, i] { EXPECT_TRUE(dialling.pump.wait([&, i] { return stage >= i; }, 20s)); });
+        waiting.emplace_back(
+            [&, i] { EXPECT_TRUE(dialling.pump.wait([&, i] { return stage >= i; }, test::kPatience)); });
     for (int i = 1; i <= 3; ++i) dialling.pump.enter([&] { ++stage; });
     for (auto& thread : waiting) thread.join();
     EXPECT_FALSE(dialling.pump.wait([] { return false; }, 2ms));
