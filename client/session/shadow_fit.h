@@ -28,11 +28,13 @@ namespace umbriel {
 //
 // Biases, as the shader applies them (shaders/formula/shadow.glsl): a receiver is compared with the nearest texel,
 // whose centre is at most half a texel away in each direction of the map, so on a plane with normal n (in map axes) the
-// texel's depth differs from the receiver's as much as if the receiver stood (|nx| + |ny|) / 2 texels away along its
-// normal. Moving it there ends acne at every slope, and shifts the shadow by less than a texel: kNormalOffset is that
-// half plus a tenth for the rasteriser's 1/256 texel and for facets that meet at small angles. No slope bias is then
-// needed. kConstantBias covers what remains when facing the light: 24 bits of depth over a range of 100 map sides, on
-// maps of up to 16384 texels. Both are in texels, hence the same at every scale.
+// texel's depth differs from the receiver's as much as if the receiver stood (|nx| + |ny|) / 2 texels above that plane.
+// Moving it to that height ends acne at every slope: kNormalOffset is that half plus a tenth for the rasteriser's 1/256
+// texel and for facets that meet at small angles. It moves towards the light, which leaves its place on the map alone:
+// along the normal, the usual way, it would look the shadow up to half a texel beside itself, which was a third of all
+// error. What stands less than that high on the plane casts no shadow on it, which is the same either way. No slope
+// bias is then needed. kConstantBias covers what remains when facing the light: 24 bits of depth over a range of 100
+// map sides, on maps of up to 16384 texels. Both are in texels, hence the same at every scale.
 inline constexpr float kNormalOffset = 0.55f;
 inline constexpr float kConstantBias = 0.1f;
 

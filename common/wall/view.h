@@ -74,7 +74,7 @@ struct ShadowFit {
     double depthRange = 0.0;              // metres between depth 1 and depth 0
     float constantBias = 0.0f;            // in texels along the light's direction
     float slopeBias = 0.0f;               // polygon-offset factor
-    float normalOffset = 0.0f;            // in texels along the geometric normal
+    float normalOffset = 0.0f;            // in texels above the receiver's plane
     ShadowFilter filter;
     glm::dvec4 planeWorld{0.0};           // planar modules: unit normal, offset; normal . point + offset = 0
     float blobSize = 1.0f;                // blobs: of the object's radius

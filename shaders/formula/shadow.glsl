@@ -4,17 +4,23 @@
 
 // Bias and comparison of every shadow map.
 
-// How far a receiver must be moved along its normal so that it does not shadow itself, in metres.
+// How high above its own plane a receiver must be moved so that it does not shadow itself, in metres.
 //
 // A map stores the depth of texel centres. A plane with unit normal n in the light's frame (x and y along the texels, z
 // along its axis) is stored up to `reachTexels` away in x and in y: there its depth differs by
-// (|n.x| + |n.y|) / |n.z| * reach * texel. Moving it by d along the normal moves its depth by d / |n.z|, so
+// (|n.x| + |n.y|) / |n.z| * reach * texel. A height d above the plane is d / |n.z| of depth, so
 // d = reach * texel * (|n.x| + |n.y|) is enough at every angle, grazing included, and no more than needed. The same
 // holds, to first order in the texel, for a perspective map with the texel size at the receiver. Reach is 1/2 for one
 // nearest texel, 1 for the 2x2 comparison of the hardware, and a filter's radius more for wider ones.
 FORMULA_FN Real shadowNormalOffset(Vec3 normalLight, Real texel, Real reachTexels) {
     return reachTexels * texel * (abs(normalLight.x) + abs(normalLight.y));
 }
+
+// How far towards the light a receiver must be moved to come this height, in metres, above its own plane; cosine: between
+// the plane's normal and the way to the light. The way along the normal to the same height leads to another place of the
+// map, up to the height times the sine away, and with it moves every shadow's edge. Where the light grazes there is
+// nothing left to darken, and the way is held.
+FORMULA_FN Real shadowOffsetToLight(Real height, Real cosine) { return height / max(cosine, REAL(1e-3)); }
 
 // How far in depth, in metres, a receiver must be moved towards the light for the rounding of float coordinates up to
 // `largestCoordinate` (metres, in the frame that is transformed): a transform of four products and three sums on each

@@ -56,12 +56,18 @@ void texelSides(GpuShadow shadow, vec3 relative, vec3 toLight, out vec3 sideX, o
 
 float largestOf(vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
 
-// relative moved by the biases, for a texel with these sides (metres, world axes).
+// relative moved by the biases, for a texel with these sides (metres, world axes): towards the light alone, so that its
+// place on the map stays.
 vec3 movedByBiases(GpuShadow shadow, vec3 relative, vec3 facing, vec3 toLight, vec3 texelX, vec3 texelY) {
     float longer = sqrt(max(dot(texelX, texelX), dot(texelY, texelY)));
-    return relative +
-           facing * shadowNormalOffset(vec3(dot(facing, texelX), dot(facing, texelY), 0.0), 1.0, shadow.normalOffset) +
-           toLight * (shadow.constantBias * longer + shadowRoundingBias(largestOf(relative)));
+    float height =
+        shadowNormalOffset(vec3(dot(facing, texelX), dot(facing, texelY), 0.0), 1.0, shadow.normalOffset);
+    float towards = shadowOffsetToLight(height, dot(facing, toLight));
+#ifdef FEATURE_SHADOW_PERSPECTIVE
+    // Not to the lamp, nor past it.
+    if (shadow.isPerspective > 0.5) towards = min(towards, 0.5 * length(relative - shadow.origin));
+#endif
+    return relative + toLight * (towards + shadow.constantBias * longer + shadowRoundingBias(largestOf(relative)));
 }
 
 // A step of a texel's side on the surface's plane: the side, and as far along the light as brings it back to the plane.
@@ -117,11 +123,12 @@ ShadowPlace placeOnParallelMap(GpuShadow shadow, vec3 relative, vec3 facing) {
     ShadowPlace place;
     vec3 along = vec3(dot(shadow.texelRowX.xyz, facing), dot(shadow.texelRowY.xyz, facing),
                       dot(shadow.depthRow.xyz, facing));
-    float offset = abs(along.x) * shadow.offsetX + abs(along.y) * shadow.offsetY;
+    float height = abs(along.x) * shadow.offsetX + abs(along.y) * shadow.offsetY;
     place.texel = vec2(dot(shadow.texelRowX.xyz, relative) + shadow.texelRowX.w,
-                       dot(shadow.texelRowY.xyz, relative) + shadow.texelRowY.w) + along.xy * offset;
-    place.stored = dot(shadow.depthRow.xyz, relative) + shadow.depthRow.w + along.z * offset +
-                   shadow.depthPerMetre * shadowRoundingBias(largestOf(relative));
+                       dot(shadow.texelRowY.xyz, relative) + shadow.texelRowY.w);
+    place.stored = dot(shadow.depthRow.xyz, relative) + shadow.depthRow.w +
+                   shadow.depthPerMetre * (shadowOffsetToLight(height, along.z / shadow.depthPerMetre) +
+                                           shadowRoundingBias(largestOf(relative)));
     place.isOn = all(greaterThanEqual(place.texel, vec2(0.0))) && all(lessThan(place.texel, vec2(shadow.mapSize)));
     place.slope = vec2(0.0);
 #ifdef FEATURE_SHADOW_FILTER

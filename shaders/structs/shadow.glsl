@@ -27,7 +27,7 @@ struct GpuShadow {
     vec3 unwarp;            // depth = stored depth / dot(unwarp, m)
     float layer;
     float constantBias;     // texels, towards the light
-    float normalOffset;     // texels, along the geometric normal: the reach of shadowNormalOffset()
+    float normalOffset;     // texels above the surface's plane: the reach of shadowNormalOffset()
     float depthScale;       // distance from the light along its axis: offset - scale * depth (directional),
     float depthOffset;      //   scale / (depth + offset) (perspective)
     float filterTexels;     // width of a filter
@@ -43,7 +43,7 @@ struct GpuShadow {
     vec4 texelRowX;
     vec4 texelRowY;
     vec4 depthRow;          // constantBias included
-    float offsetX;          // texels, along the map's x, per texel that a unit normal leads along it: normalOffset
+    float offsetX;          // metres above the plane per texel that a unit normal leads along the map's x: normalOffset
     float offsetY;          //   times the squared side; the same for y
     float depthPerMetre;    // towards the light
     uint besideMap;         // beside a light map: how many records on the maps of what moves begin, which those of what

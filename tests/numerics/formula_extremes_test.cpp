@@ -222,25 +222,28 @@ TEST(FormulaExtremes, MappedNormalsAreUnitAndFollowDouble) {
     }
 }
 
-// The normal offset against geometry: the stored depth of any texel in reach never lies before the moved receiver.
+// The biases against geometry: the stored depth of any texel in reach never lies before the receiver, moved towards the
+// light.
 TEST(FormulaExtremes, NormalOffsetIsEnoughAtEverySlopeAndNotMore) {
     Sequence sequence(5);
     for (int i = 0; i < 20000; ++i) {
         glm::dvec3 normal(sequence.direction());
-        normal.z = -std::max(std::abs(normal.z), 1e-6);  // depth grows along +z, the surface faces the light
+        normal.z = -std::max(std::abs(normal.z), 2e-3);  // depth grows along +z, the surface faces the light
         normal = glm::normalize(normal);
         const double texel = std::exp2(sequence.between(-10, 10));
         const double offset = f64::shadowNormalOffset(normal, texel, 1.0);
         // Depth of the plane through the origin at (x, y): -(n.x x + n.y y) / n.z.
         const auto stored = [&](double x, double y) { return -(normal.x * x + normal.y * y) / normal.z; };
-        const glm::dvec3 moved = normal * offset;
+        const double moved = -f64::shadowOffsetToLight(offset, -normal.z);
         double slack = std::numeric_limits<double>::infinity();
         for (const double dx : {-texel, 0.0, texel})
-            for (const double dy : {-texel, 0.0, texel})
-                slack = std::min(slack, stored(moved.x + dx, moved.y + dy) - moved.z);
+            for (const double dy : {-texel, 0.0, texel}) slack = std::min(slack, stored(dx, dy) - moved);
         const double scale = texel / std::abs(normal.z);
         EXPECT_NEAR(slack, 0, 1e-12 * scale) << "the farthest corner decides";
     }
+    // Edge-on and from behind: held, finite, never away from the light.
+    for (const double cosine : {1e-3, 1e-9, 0.0, -0.0, -1.0})
+        EXPECT_EQ(f64::shadowOffsetToLight(1.0, cosine), 1e3) << cosine;
 }
 
 }  // namespace

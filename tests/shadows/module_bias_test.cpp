@@ -6,7 +6,7 @@ namespace {
 
 // Acne and lost shadow as curves over the sizes of the biases, for surfaces that the light meets straight to all but
 // edge-on: the defaults must sit where both are flat. A fin stands on a floor; what it loses at its foot is the gap
-// that lets things float (a bias towards the light), what it loses at the tip is the height that a normal offset takes.
+// that lets things float. Its tip stays where it is, as biases move towards the light alone.
 class BiasCurves : public ModuleTest {
  protected:
     static constexpr double kFin = 0.02;  // half its thickness, metres
@@ -125,10 +125,12 @@ void BiasCurves::check(LightPlace place, ShadowMode mode) {
         EXPECT_GT(byOffset[1].acne, 0.05) << "there is something to be cured of";
         // Beside the texel that a map is off anyway.
         if (degrees > 89.0) continue;  // the shadow itself is thinner than a texel
-        EXPECT_LE(byOffset[4].lostTexels, 1.5);
-        EXPECT_LE(byOffset[5].lostTexels, byOffset[3].lostTexels + 0.6);
+        EXPECT_LE(byOffset[4].lostTexels, 0.75) << "half a texel's diagonal, and rounding";
+        EXPECT_LE(byOffset[5].lostTexels, byOffset[3].lostTexels + 0.1);
         EXPECT_LE(byConstant[2].lostTexels, byConstant[0].lostTexels + 0.5);
-        EXPECT_GT(byOffset[7].lostTexels, byOffset[4].lostTexels + 1.0) << "too much costs shadow";
+        if (degrees > 45.0) {
+            EXPECT_GT(byOffset[7].lostTexels, byOffset[4].lostTexels + 1.0) << "too much costs shadow";
+        }
     }
 }
 
