@@ -59,7 +59,7 @@ std::string ClusterClient::textOf(std::size_t index) const {
 }
 
 void ClusterClient::opened(ConnectionId connection, std::uint64_t dialTag, TimePoint now) {
-    if (_error || connectionCount() > 4 * _servers.size() + 16) return decline(connection);
+    if (_error || !admits(4 * _servers.size() + 17)) return decline(connection);
     wire::Hello hello = _options.identity;
     LinkOptions linkOptions = _options.link;
     if (dialTag != 0) {
