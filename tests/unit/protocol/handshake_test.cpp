@@ -318,6 +318,25 @@ TEST_F(Handshake, AServerThatIsNotThereIsNamedWithinTheConnectTimeout) {
               "server 'right' at nowhere:1234 cannot be reached: connection refused; is umbriel-server running there?");
 }
 
+// A tunnel takes calls before its far end is there, a crowded server takes them and hangs up.
+TEST_F(Handshake, WhoHangsUpBeforeTheHelloIsCalledAgain) {
+    auto crowded = VirtualServer::options("right", types);
+    crowded.maxConnections = 0;
+    auto hangsUp = std::make_unique<VirtualServer>(crowded, types, network);
+    network.listen(hangsUp->node, "right", 7420);
+    EXPECT_EQ(connectError(VirtualClient::options("desk", types, {"right"})),
+              "server 'right' at right:7420 cannot be reached: it closes the connection before it says hello; is "
+              "umbriel-server running there?");
+
+    VirtualClient client(VirtualClient::options("desk", types, {"left", "right"}), types, network);
+    network.run(2s);
+    network.remove(hangsUp->node);
+    VirtualServer right("right", types, network);
+    network.listen(right.node, "right", 7420);
+    ASSERT_TRUE(client.settle());
+    EXPECT_EQ(client.errorText(), "");
+}
+
 TEST_F(Handshake, AServerThatStartsLateIsReached) {
     auto options = VirtualClient::options("desk", types, {"right"});
     VirtualClient client(options, types, network);
