@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -76,8 +77,8 @@ constexpr std::array<ModeName, 16> kModes{{
 }  // namespace
 
 Result<PixelSize> parseSize(std::string_view argument, std::string_view text) {
-    const auto pair = parsePair(text, 1 << 20);
-    if (!pair) return expected(argument, text, "WIDTHxHEIGHT in pixels, each from 1 to 1048576, as in 1280x720");
+    const auto pair = parsePair(text, 65536);
+    if (!pair) return expected(argument, text, "WIDTHxHEIGHT in pixels, each from 1 to 65536, as in 1280x720");
     return PixelSize{pair->first, pair->second};
 }
 
@@ -142,6 +143,14 @@ Result<glm::dvec3> parseVector(std::string_view argument, std::string_view text)
         vector[i] = *value;
     }
     return vector;
+}
+
+Result<glm::vec3> parseColour(std::string_view argument, std::string_view text) {
+    const auto colour = parseVector(argument, text);
+    for (int i = 0; i < 3; ++i)
+        if (!colour || !((*colour)[i] >= 0.0 && (*colour)[i] <= 1e30))
+            return expected(argument, text, "r,g,b, each from 0 to 1e30");
+    return glm::vec3(*colour);
 }
 
 namespace {
@@ -362,6 +371,16 @@ Result<std::vector<ServerAddress>> parseServers(std::string_view text, bool name
         if (!server) return expected("--servers", text, kForm);
         server->name = std::move(name);
         servers.push_back(std::move(*server));
+    }
+    for (auto one = servers.begin(); one != servers.end(); ++one) {
+        const bool isTwice = std::any_of(servers.begin(), one, [&](const ServerAddress& other) {
+            return (!one->name.empty() && one->name == other.name) ||
+                   (!one->host.empty() && one->host == other.host && one->port == other.port);
+        });
+        if (isTwice)
+            return expected("--servers", text,
+                            fmt::format("every server once, and {} is there twice",
+                                        one->name.empty() ? fmt::format("{}:{}", one->host, one->port) : one->name));
     }
     return servers;
 }

@@ -49,7 +49,7 @@ struct EnvironmentArgument {
 };
 Result<EnvironmentArgument> parseEnvironment(std::string_view text);
 
-// "1280x720": both 1 to 1048576.
+// "1280x720": both 1 to 65536, as a wall has at most.
 Result<PixelSize> parseSize(std::string_view argument, std::string_view text);
 // "3x1", columns x rows.
 Result<GridArgument> parseGrid(std::string_view argument, std::string_view text);
@@ -59,6 +59,8 @@ Result<protocol::FailurePolicy> parsePolicy(std::string_view argument, std::stri
 Result<glm::dvec2> parseWallSize(std::string_view text);
 // "1,2.5,-3": finite numbers.
 Result<glm::dvec3> parseVector(std::string_view argument, std::string_view text);
+// "0.5,1,2": linear radiance or colour, each 0 to 1e30, which a float holds.
+Result<glm::vec3> parseColour(std::string_view argument, std::string_view text);
 Result<double> parseNumber(std::string_view argument, std::string_view text);
 // "dir:x,y,z", "point:x,y,z", "spot:x,y,z:dx,dy,dz:deg", "goniometric:FILE:x,y,z:dx,dy,dz", each with an optional
 // "@[r,g,b][,key=value...]": radius, attenuation, exponent, product, ambient, highlight, turn, scale
@@ -76,7 +78,7 @@ std::vector<std::string> drawnShadowModes();
 Result<ShadowShow> parseShow(std::string_view text);
 std::string_view nameOf(ShadowShow show);
 // "name=host:port,host:port": ports 1 to 65535, [::1]:7420 for IPv6.
-// namesOnly: a NAME without an address is a server that dials this client.
+// No name and no address twice. namesOnly: a NAME without an address is a server that dials this client.
 Result<std::vector<ServerAddress>> parseServers(std::string_view text, bool namesOnly = false);
 // HOST:PORT or [IPV6]:PORT; port 0: one that is free.
 Result<ServerAddress> parseListen(std::string_view text);

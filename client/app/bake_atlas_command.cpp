@@ -97,7 +97,7 @@ Result<void> exportMaps(const BakeExportArguments& a, std::ostream& out) {
                      {"width", picture->width()},
                      {"height", picture->height()},
                      {"layers", layers}})
-                   .dump(2)
+                   .dump(2, ' ', false, Json::error_handler_t::replace)
             << '\n';
     } else {
         out << fmt::format("{} maps in {} x {} pixels\nwrote {}\n", maps, picture->width(), picture->height(), a.out);
@@ -133,7 +133,7 @@ Result<void> importMaps(const BakeImportArguments& a, std::ostream& out) {
     if (!maps) return maps.error();
     const std::uint32_t directions = visibility::pixelCount(maps->header().mapping);
     if (a.json) {
-        out << Json({{"vertices", mesh->rows.size()}, {"directions", directions}, {"sha256", hash}}).dump(2) << '\n';
+        out << Json({{"vertices", mesh->rows.size()}, {"directions", directions}, {"sha256", hash}}).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
     } else {
         out << fmt::format("{} vertices x {} directions\nwrote {}, sha256 {}\n", mesh->rows.size(), directions, a.out,
                            hash);

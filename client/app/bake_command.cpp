@@ -261,7 +261,7 @@ Result<void> bake(const BakeArguments& a, std::ostream& out, std::ostream& err) 
             {"servers", outcome->servers}, {"shards", outcome->shards},          {"redone", outcome->redone},
             {"sha256", outcome->sha256}};
         if (onServers(a)) json["audited"] = outcome->audited;
-        out << json.dump(2) << '\n';
+        out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
     } else if (!a.quiet) {
         out << fmt::format(
             "{} vertices x {} directions, {} rays traced in {:.2f} s ({:.2f} s of processors, {:.2f} "
@@ -287,7 +287,7 @@ Result<void> merge(const BakeMergeArguments& a, std::ostream& out) {
                            {"directions", directions},
                            {"shards", a.shards.size()},
                            {"sha256", outcome->sha256}};
-        out << json.dump(2) << '\n';
+        out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
     } else {
         out << fmt::format("{} vertices x {} directions of {} shards\nwrote {}, sha256 {}\n", outcome->header.totalRows,
                            directions, a.shards.size(), a.out, outcome->sha256);

@@ -126,7 +126,7 @@ int runDoctor(const DoctorOptions& options, const std::filesystem::path& serverP
                                {"works", works},
                                {"processors", std::thread::hardware_concurrency()},
                                {"findings", list}})
-                   .dump(2)
+                   .dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
             << '\n';
     } else {
         out << "umbriel " << UMBRIEL_VERSION << ", " << std::thread::hardware_concurrency() << " processors\n";

@@ -90,10 +90,9 @@ Result<FogArgument> parseFog(std::string_view text) {
     std::string_view law = text;
     if (const std::size_t at = text.find('@'); at != std::string_view::npos) {
         law = text.substr(0, at);
-        const auto colour = parseVector("--fog", text.substr(at + 1));
-        if (!colour || colour->x < 0 || colour->y < 0 || colour->z < 0)
-            return wrong("the colour is not r,g,b of 0 or more");
-        fog.colour = glm::vec3(*colour);
+        const auto colour = parseColour("--fog", text.substr(at + 1));
+        if (!colour) return wrong("the colour is not r,g,b, each from 0 to 1e30");
+        fog.colour = *colour;
     }
     std::vector<std::string_view> parts;
     for (std::size_t begin = 0; begin <= law.size();) {

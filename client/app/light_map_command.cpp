@@ -112,7 +112,7 @@ Result<void> bake(const BakeArguments& a, std::ostream& out) {
                      {"cpu_seconds", cpuSeconds},
                      {"bytes", mapped->bytes().size()},
                      {"sha256", hash}})
-                   .dump(2)
+                   .dump(2, ' ', false, Json::error_handler_t::replace)
             << '\n';
     } else if (!a.quiet) {
         out << fmt::format(

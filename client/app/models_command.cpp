@@ -263,7 +263,7 @@ int runModels(const ModelsArguments& arguments, const std::filesystem::path& ser
         for (const Measured& one : all) rows.push_back(toJson(one));
         out << nlohmann::ordered_json(
                    {{"scene", arguments.scene.scene}, {"size", arguments.scene.size}, {"cases", rows}})
-                   .dump(2)
+                   .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace)
             << '\n';
         return out.good() ? 0 : 1;
     }

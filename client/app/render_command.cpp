@@ -195,6 +195,7 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
     setup.stage.noLights = arguments.lights.size() == 1 && arguments.lights.front() == "none";
     for (const std::string& text : arguments.lights) {
         if (setup.stage.noLights) break;
+        if (text == "none") return badInput("--light none: no light at all, so there can be no other --light beside it");
         const auto light = parseLight(text);
         if (!light) return light.error();
         setup.stage.lights.push_back(*light);
@@ -215,9 +216,9 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
                         arguments.mapSize));
     setup.stage.mapSize = arguments.mapSize;
     if (!arguments.background.empty()) {
-        const auto colour = parseVector("--background", arguments.background);
+        const auto colour = parseColour("--background", arguments.background);
         if (!colour) return colour.error();
-        setup.stage.background = glm::vec3(*colour);
+        setup.stage.background = *colour;
     }
 
     setup.stage.brdf = arguments.brdf;
@@ -416,7 +417,7 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
                                {"swap_skew", toJson(skew)},
                                {"files", written},
                                {"warnings", (*loaded)->warnings}})
-                   .dump(2)
+                   .dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
             << '\n';
     } else if (!arguments.scene.quiet) {
         for (const std::string& path : written) out << path << '\n';

@@ -2,111 +2,17 @@
 
 #include <tiny_obj_loader.h>
 
-#include <charconv>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <sstream>
 #include <unordered_map>
 
 #include "client/import/obj_materials.h"
+#include "client/import/obj_text.h"
 
 namespace umbriel {
 namespace {
-
-constexpr double kLargest = 1e30;
-
-bool isBlank(char c) {
-    return c == ' ' || c == '\t' || c == '\r';
-}
-
-// tinyobjloader reads what is no number as 0, so the numbers of vertices are checked first, where the line is known.
-class VertexLines {
- public:
-    explicit VertexLines(std::string_view text) : _text(text) {}
-
-    // Throws ImportRefused.
-    void check() const {
-        std::size_t number = 0;
-        for (std::size_t begin = 0; begin < _text.size();) {
-            const std::size_t end = std::min(_text.find('\n', begin), _text.size());
-            checkLine(_text.substr(begin, end - begin), ++number);
-            begin = end + 1;
-        }
-    }
-
- private:
-    static void checkLine(std::string_view line, std::size_t number) {
-        std::string_view rest = line;
-        const std::string_view keyword = nextWord(rest);
-        const std::size_t needed = keyword == "v" || keyword == "vn" ? 3 : keyword == "vt" ? 1 : 0;
-        if (needed == 0) return;
-        const std::string place = "line " + std::to_string(number);
-        std::size_t count = 0;
-        for (std::string_view word = nextWord(rest); !word.empty() && word.front() != '#';
-             word = nextWord(rest), ++count) {
-            if (word.front() == '+') word.remove_prefix(1);
-            double value = 0.0;
-            const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-            const bool underflow = error == std::errc::result_out_of_range && std::abs(value) < 1.0;
-            if ((error != std::errc() && !underflow) || stop != word.data() + word.size())
-                throw ImportRefused(place, "'" + std::string(word.substr(0, 40)) + "' is not a number");
-            if (!std::isfinite(value) || std::abs(value) > kLargest)
-                throw ImportRefused(place, "'" + std::string(word.substr(0, 40)) + "' is not a finite coordinate");
-        }
-        if (count < needed)
-            throw ImportRefused(
-                place, "has " + std::to_string(count) + " numbers where " + std::to_string(needed) + " are needed");
-    }
-
-    static std::string_view nextWord(std::string_view& rest) {
-        while (!rest.empty() && isBlank(rest.front())) rest.remove_prefix(1);
-        std::size_t size = 0;
-        while (size < rest.size() && !isBlank(rest[size])) ++size;
-        const std::string_view word = rest.substr(0, size);
-        rest.remove_prefix(size);
-        return word;
-    }
-
-    std::string_view _text;
-};
-
-// "f 1/2/ 3//" leaves the normal out with its slash; other programs read that, tinyobjloader wants no slash then.
-void dropTrailingSlashes(std::string& text) {
-    for (std::size_t begin = 0; begin < text.size();) {
-        const std::size_t end = std::min(text.find('\n', begin), text.size());
-        const std::size_t word = std::min(text.find_first_not_of(" \t", begin), end);
-        if (word + 1 < end && text[word] == 'f' && isBlank(text[word + 1]))
-            for (std::size_t i = end; i-- > word;)
-                if (text[i] == '/' && (i + 1 == end || isBlank(text[i + 1]))) text[i] = ' ';
-        begin = end + 1;
-    }
-}
-
-// Faces of more than three corners. Throws ImportRefused for one of more than `most`.
-std::uint64_t countPolygons(std::string_view text, std::size_t most) {
-    std::uint64_t polygons = 0;
-    std::size_t number = 0;
-    for (std::size_t begin = 0; begin < text.size();) {
-        ++number;
-        const std::size_t end = std::min(text.find('\n', begin), text.size());
-        std::size_t words = 0;
-        for (std::size_t at = begin; at < end; ++words) {
-            while (at < end && isBlank(text[at])) ++at;
-            if (at == end || text[at] == '#') break;
-            const std::size_t word = at;
-            while (at < end && !isBlank(text[at])) ++at;
-            if (words == 0 && text.substr(word, at - word) != "f") break;
-        }
-        if (words > most + 1)
-            throw ImportRefused("line " + std::to_string(number),
-                                "is a face of " + std::to_string(words - 1) + " corners, and at most " +
-                                    std::to_string(most) +
-                                    " are cut into triangles: divide it in the program it is from");
-        if (words > 4) ++polygons;
-        begin = end + 1;
-    }
-    return polygons;
-}
 
 // Reads MTL libraries from the file's folder only; a missing one costs the materials, not the scene.
 class ConfinedMaterialReader final : public tinyobj::MaterialReader {
@@ -115,20 +21,37 @@ class ConfinedMaterialReader final : public tinyobj::MaterialReader {
 
     bool operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
                     std::map<std::string, int>* byName, std::string*, std::string*) override {
+        // The format lists several libraries with blanks between them; programs write one whose name has blanks.
         try {
-            const std::vector<std::byte> bytes = _folder.read(name, "mtllib", false);
-            std::istringstream text(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
-            std::string warning;
-            std::string error;
-            tinyobj::LoadMtl(byName, materials, &text, &warning, &error);
-            if (!error.empty()) _warnings.add("mtllib '" + name + "': " + error);
+            load(spacedName(name), materials, byName);
         } catch (const ImportRefused& reason) {
-            _warnings.add(std::string(reason.what()) + "; its materials are grey");
+            if (name.find(kJoint) == std::string::npos) warnOf(reason);
+            for (std::size_t begin = 0; name.find(kJoint) != std::string::npos && begin < name.size();) {
+                const std::size_t end = std::min(name.find(kJoint, begin), name.size());
+                try {
+                    if (end > begin) load(name.substr(begin, end - begin), materials, byName);
+                } catch (const ImportRefused& partsReason) {
+                    warnOf(partsReason);
+                }
+                begin = end + 1;
+            }
         }
         return true;
     }
 
  private:
+    void load(const std::string& name, std::vector<tinyobj::material_t>* materials, std::map<std::string, int>* byName) {
+        const std::vector<std::byte> bytes = _folder.read(name, "mtllib", false);
+        std::istringstream text(
+            readableMtl({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name, _warnings));
+        std::string warning;
+        std::string error;
+        tinyobj::LoadMtl(byName, materials, &text, &warning, &error);
+        if (!error.empty()) _warnings.add("mtllib '" + name + "': " + error);
+    }
+
+    void warnOf(const ImportRefused& reason) { _warnings.add(std::string(reason.what()) + "; its materials are grey"); }
+
     SourceFolder& _folder;
     ImportWarnings& _warnings;
 };
@@ -317,18 +240,16 @@ Ref<LoadedScene> importObj(const std::string& file, Aspect& scene, const ImportL
     {
         const std::vector<std::byte> bytes = folder.readMain();
         if (bytes.empty()) throw ImportRefused("the file is empty");
-        std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-        VertexLines(text).check();
-        dropTrailingSlashes(text);
-        warnings.addPolygons(countPolygons(text, limits.faceCorners));
-        std::istringstream stream(text);
+        std::istringstream stream(
+            readableObj({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, limits.faceCorners, warnings));
         ConfinedMaterialReader reader(folder, warnings);
         std::string warning;
         std::string error;
         if (!tinyobj::LoadObj(&attributes, &shapes, &sources, &warning, &error, &stream, &reader, true, false))
             throw ImportRefused(error.empty() ? "cannot be understood" : error);
-        for (std::string& line : linesOf(warning)) warnings.add(std::move(line));
+        for (std::string& line : linesOf(warning)) warnings.add(spacedName(std::move(line)));
     }
+    for (tinyobj::material_t& source : sources) source.name = spacedName(std::move(source.name));
 
     ObjMaterials materials(folder, scene, limits, sceneBytes, warnings);
     std::vector<Ref<Node>> nodes;

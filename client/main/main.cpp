@@ -31,14 +31,24 @@ std::filesystem::path serverBesideThisProgram() {
     return error ? std::filesystem::path("umbriel-server") : self.parent_path() / "umbriel-server";
 }
 
+// An empty value is a script's variable that is not set, never "the default".
+CLI::Validator given() {
+    return CLI::Validator([](std::string& value) { return std::string(value.empty() ? "its value is empty" : ""); }, "");
+}
+
 void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command
         .add_option("SCENE", arguments.scene,
                     "a .gltf, .glb or .obj file, or demo:city, demo:car, demo:cloth, demo:palms, demo:spheres?n=N, demo:torus?n=N")
         ->required();
-    command.add_option("--servers", arguments.servers, "servers that run already: HOST:PORT or NAME=HOST:PORT, separated by commas");
-    command.add_option("--listen", arguments.listen,
-                       "HOST:PORT where servers dial this client (umbriel-server --connect); NAMEs among --servers do");
+    command
+        .add_option("--servers", arguments.servers,
+                    "servers that run already: HOST:PORT or NAME=HOST:PORT, separated by commas")
+        ->check(given());
+    command
+        .add_option("--listen", arguments.listen,
+                    "HOST:PORT where servers dial this client (umbriel-server --connect); NAMEs among --servers do")
+        ->check(given());
     command.add_option("--servers-expected", arguments.serversExpected,
                        "so many servers dial in, whatever their names");
     command.add_option("--connect-timeout", arguments.connectTimeout,
@@ -49,7 +59,8 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command.add_option("--local", arguments.local, "start this many servers on this machine (default: one per tile, at most 16)");
     command.add_option("--grid", arguments.grid, "the wall's tiles, COLUMNSxROWS")->capture_default_str();
     command.add_option("--size", arguments.size, "the whole wall in pixels, WIDTHxHEIGHT")->capture_default_str();
-    command.add_option("--camera", arguments.camera, "a camera of the file, by name (default: its first, else all in view)");
+    command.add_option("--camera", arguments.camera, "a camera of the file, by name (default: its first, else all in view)")
+        ->check(given());
     command.add_option("--eye", arguments.eye, "where the camera stands, x,y,z in metres");
     command.add_option("--target", arguments.target, "what it looks at, x,y,z");
     command.add_option("--up", arguments.up, "what is up, x,y,z (default 0,1,0)");
@@ -126,8 +137,10 @@ void addBakeOptions(CLI::App& command, BakeArguments& arguments) {
     command.add_option("--environment", arguments.environment, "texels of that environment, WIDTHxHEIGHT")->capture_default_str();
     command.add_option("--atlas", arguments.atlas, "the maps as a picture too, .exr");
     command.add_option("--out", arguments.out, "the maps, .umvis");
-    command.add_option("--servers", arguments.servers,
-                       "bake on servers that run already: HOST:PORT or NAME=HOST:PORT, separated by commas");
+    command
+        .add_option("--servers", arguments.servers,
+                    "bake on servers that run already: HOST:PORT or NAME=HOST:PORT, separated by commas")
+        ->check(given());
     command.add_option("--local", arguments.local, "bake on so many servers of this machine, started for it");
     command.add_option("--audit", arguments.audit, "percent of the shards that two servers bake, and that must agree")
         ->capture_default_str();

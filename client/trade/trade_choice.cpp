@@ -68,7 +68,7 @@ Result<void> writeTrade(const fs::path& path, const StoredTrade& trade) {
         {"umbriel_trade", 1}, {"scene", trade.scene}, {"chosen", toJson(trade.chosen)}, {"front", front}};
     auto file = AtomicFile::create(path);
     if (!file) return file.error();
-    const std::string text = json.dump(2) + "\n";
+    const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
     (*file)->write(std::as_bytes(std::span(text)));
     return (*file)->commit();
 }

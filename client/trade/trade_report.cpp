@@ -97,7 +97,7 @@ const char* nameOf(Expectation::State state) {
 }
 
 std::string tradeJson(const TradeResult& result) {
-    return resultJson(result).dump(2) + "\n";
+    return resultJson(result).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string tradeJson(const std::string& preset, std::span<const TradeResult> results,
@@ -107,7 +107,7 @@ std::string tradeJson(const std::string& preset, std::span<const TradeResult> re
     for (const Expectation& one : expected)
         claims.push_back(
             {{"text", one.text}, {"state", nameOf(one.state)}, {"figures", one.figures}, {"why", one.why}});
-    return Json{{"preset", preset}, {"runs", runs}, {"expected", claims}}.dump(2) + "\n";
+    return Json{{"preset", preset}, {"runs", runs}, {"expected", claims}}.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string tradeCsv(std::span<const TradeResult> results) {
@@ -135,7 +135,7 @@ std::string tradeCsv(std::span<const TradeResult> results) {
                 }
                 text += quoted;
             } else if (!value.is_null()) {
-                text += value.dump();
+                text += value.dump(-1, ' ', false, Json::error_handler_t::replace);
             }
         }
         text += '\n';

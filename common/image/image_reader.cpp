@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
@@ -17,6 +18,7 @@
 #include "common/image/exif.h"
 #include "common/image/exr_io.h"
 #include "common/image/png_io.h"
+#include "common/image/printable.h"
 
 // Private to this file, so that it meets no other copy of the library at link time.
 #define STB_IMAGE_IMPLEMENTATION
@@ -92,10 +94,41 @@ Result<LayeredImage> decodeWithStb(const std::filesystem::path& path, const Imag
     return image;
 }
 
+// What all pixels of a Radiance file were multiplied with after they were radiance: the product of the header's EXPOSURE
+// lines (Ward, "File Formats" of the Radiance manual), which stb_image leaves alone. Reads up to the empty line.
+Result<double> hdrExposure(const std::filesystem::path& path) {
+    constexpr std::string_view kKey = "EXPOSURE=";
+    constexpr std::size_t kLongestHeader = 1 << 16;
+    std::string header(kLongestHeader, '\0');
+    std::ifstream file(path, std::ios::binary);
+    file.read(header.data(), static_cast<std::streamsize>(header.size()));
+    header.resize(static_cast<std::size_t>(file.gcount()));
+    double product = 1.0;
+    std::string_view rest = header;
+    for (std::size_t size = rest.find('\n'); size != std::string_view::npos && size > 0; size = rest.find('\n')) {
+        const std::string_view line = rest.substr(0, size);
+        rest.remove_prefix(size + 1);
+        if (!line.starts_with(kKey)) continue;
+        const char* const end = line.data() + line.size();
+        const char* begin = line.data() + kKey.size();
+        while (begin != end && (*begin == ' ' || *begin == '+')) ++begin;
+        double value = 0.0;
+        const auto [stop, error] = std::from_chars(begin, end, value);
+        product *= value;
+        const bool isNumber = error == std::errc() && (stop == end || *stop == ' ' || *stop == '\t' || *stop == '\r');
+        if (!isNumber || !(product >= 1e-30 && product <= 1e30))
+            return badInput(fmt::format("cannot read '{}': its exposure is no positive number: {}", path.string(),
+                                        printable(line)));
+    }
+    return product;
+}
+
 Result<LayeredImage> readHdr(const std::filesystem::path& path, const ImageLimits& limits) {
     constexpr std::uint64_t kBytesPerPixel = 7 * sizeof(float);  // three decoded floats, four of ours
+    const auto exposure = hdrExposure(path);
+    if (!exposure) return exposure.error();
     return decodeWithStb(path, limits, "Radiance", kBytesPerPixel, &stbi_loadf_from_callbacks,
-                         [](float sample) { return sample; });
+                         [scale = 1.0 / *exposure](float sample) { return static_cast<float>(sample * scale); });
 }
 
 // What decoding costs for a pixel: our four floats, the decoder's planes, codes, and coefficients of a progressive

@@ -59,7 +59,7 @@ std::string ClusterClient::textOf(std::size_t index) const {
 }
 
 void ClusterClient::opened(ConnectionId connection, std::uint64_t dialTag, TimePoint now) {
-    if (_error || connectionCount() > 4 * _servers.size() + 16) return decline(connection);
+    if (_error || !admits(4 * _servers.size() + 17)) return decline(connection);
     wire::Hello hello = _options.identity;
     LinkOptions linkOptions = _options.link;
     if (dialTag != 0) {
@@ -191,6 +191,17 @@ void ClusterClient::linkClosed(ConnectionId connection, Peer& peer, const std::s
     const Session& session = _servers[server].session;
     if (session.control != connection && session.bulk != connection) return;
     const RemoteServer& remote = _servers[server].remote;
+    // Whoever took the call hung up: a tunnel whose end is not there yet, a server that is crowded or ends. As good as
+    // nobody there.
+    if (_phase == Phase::Connecting && !_error && !remote.host.empty() && !peer.link.peerHello() &&
+        peer.link.wasLost()) {
+        const bool bulk = session.bulk == connection;
+        if (bulk)
+            _servers[server].session.bulk = 0;
+        else
+            _servers[server].session = {};
+        return dialFailed(tagOf({server, bulk}), failure("it closes the connection before it says hello"), now);
+    }
     lose(server, remote.host.empty() ? reason : fmt::format("{} (at {}:{})", reason, remote.host, remote.port), now);
 }
 

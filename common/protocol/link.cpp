@@ -248,7 +248,9 @@ void Link::close(std::string_view reason) {
 }
 
 void Link::lost(std::string_view reason) {
-    if (!_closed) finish(fmt::format("{} is gone: {}", peerText(), reason));
+    if (_closed) return;
+    _wasLost = true;
+    finish(fmt::format("{} is gone: {}", peerText(), reason));
 }
 
 void Link::finish(std::string reason) {

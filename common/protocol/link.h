@@ -97,6 +97,8 @@ class Link {
     TimePoint lastReceived() const { return _lastReceived; }
     // Why it was closed, for people; names the peer when it is known.
     const std::string& reason() const { return _reason; }
+    // The connection ended under it: neither side said why.
+    bool wasLost() const { return _wasLost; }
     // Whoever dialled knows what the connection is for; the other side's hello says control.
     bool isBulk() const;
     const std::optional<wire::Hello>& peerHello() const { return _peerHello; }
@@ -145,6 +147,7 @@ class Link {
     bool _accepted = false;
     bool _welcomed = false;
     bool _closed = false;
+    bool _wasLost = false;
     bool _closedReported = false;
     std::string _reason;
     TimePoint _openedAt;

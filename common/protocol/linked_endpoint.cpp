@@ -62,6 +62,19 @@ void LinkedEndpoint::adopt(ConnectionId connection, const LinkOptions& options, 
     _linkDeadline = std::min(_linkDeadline, link.deadline());
 }
 
+bool LinkedEndpoint::admits(std::size_t most) {
+    if (_peers.size() < most) return true;
+    if (_peers.size() >= 2 * most) return false;  // those that were told to go have not gone yet
+    // Pumps number connections as they come.
+    for (auto& [id, peer] : _peers) {
+        if (peer.closing || peer.tag != 0 || peer.link.peerHello()) continue;
+        peer.link.close("it said nothing, and others want its place");
+        drop(id);
+        return true;
+    }
+    return false;
+}
+
 void LinkedEndpoint::decline(ConnectionId connection) {
     _actions.push_back({Action::Kind::Close, connection, 0, {}, 0});
 }

@@ -52,6 +52,9 @@ class LinkedEndpoint : public Endpoint {
 
     // Says hello on a new connection.
     void adopt(ConnectionId connection, const LinkOptions& options, wire::Hello mine, std::uint64_t tag, TimePoint now);
+    // Whether there may be one connection more than `most` are: where all places are taken, the stranger that has been
+    // there for longest without a hello gives its place up, so that silent ones cannot keep others out.
+    bool admits(std::size_t most);
     // Closes a connection that never had a link.
     void decline(ConnectionId connection);
     // Closes it after what is queued was written. Once; a connection that is unknown is gone already.
@@ -64,7 +67,6 @@ class LinkedEndpoint : public Endpoint {
     Peer* peer(ConnectionId connection);
     const Peer* peer(ConnectionId connection) const;
     Link* link(ConnectionId connection);
-    std::size_t connectionCount() const { return _peers.size(); }
 
     void advanceLinks(TimePoint now);
     // Not later than any link's: found anew when it is reached, for links mostly put off theirs.

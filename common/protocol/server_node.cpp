@@ -30,7 +30,7 @@ void ServerNode::opened(ConnectionId connection, std::uint64_t dialTag, TimePoin
         _dialling = false;
         _dialledControl = connection;
     }
-    if (_leaving || connectionCount() >= _options.maxConnections) return decline(connection);
+    if (_leaving || !admits(_options.maxConnections)) return decline(connection);
     wire::Hello hello = _options.identity;
     if (dialTag == kDialBulk) {
         if (!_session) return decline(connection);

@@ -81,7 +81,7 @@ struct ServerNodeOptions {
     // A client from which nothing has come for so long keeps its session as long as link.heartbeatLoss allows, but
     // another one may take its place.
     Duration clientSilence = std::chrono::seconds(2);
-    std::size_t maxConnections = 64;  // strangers included; more are closed at once
+    std::size_t maxConnections = 64;  // strangers included; beyond, silent ones give their places up
 };
 
 // A render server's side of the protocol: accepts one client at a time and turns its messages into events. The same

@@ -7,7 +7,7 @@ namespace {
 
 TEST(Arguments, SizesAreTwoPositiveNumbers) {
     EXPECT_EQ(parseSize("--size", "1277x719").value(), (PixelSize{1277, 719}));
-    for (const char* bad : {"", "x", "0x5", "5x0", "-1x5", "1280", "1280x720x3", "1e3x5", "5x 5", "99999999999x1"})
+    for (const char* bad : {"", "x", "0x5", "5x0", "-1x5", "1280", "1280x720x3", "1e3x5", "5x 5", "65537x1", "99999999999x1"})
         EXPECT_FALSE(parseSize("--size", bad)) << bad;
 }
 
@@ -54,6 +54,32 @@ TEST(Arguments, ServersMayBeNamedAndIPv6) {
     EXPECT_EQ((*servers)[1].host, "::1");
     for (const char* bad : {"", "host", "host:", ":7420", "host:0", "host:65536", "=host:1", "a:1,,b:2"})
         EXPECT_FALSE(parseServers(bad)) << bad;
+}
+
+// The same server twice would draw against itself; the handshake alone would say so in terms of epochs.
+TEST(Arguments, NoServerIsThereTwice) {
+    for (const auto& [bad, which] :
+         {std::pair{"a:1,b:2,a:1", "a:1"}, {"left=a:1,left=b:2", "left"}, {"left=a:1,right=a:1", "right"}}) {
+        const auto servers = parseServers(bad);
+        ASSERT_FALSE(servers) << bad;
+        EXPECT_EQ(servers.error().kind, Error::Kind::BadInput);
+        EXPECT_NE(servers.error().message.find(std::string(which) + " is there twice"), std::string::npos)
+            << servers.error().message;
+    }
+    EXPECT_FALSE(parseServers("left,left", true));
+    EXPECT_TRUE(parseServers("left,right", true));
+    EXPECT_TRUE(parseServers("a:1,a:2,b:1"));
+}
+
+// A number that a double holds and a float does not would be infinity, and infinity times 0 no number.
+TEST(Arguments, ColoursAreFiniteFloatsAndTakeNoLightAway) {
+    EXPECT_EQ(parseColour("--background", "0,0.5,1e30").value(), glm::vec3(0.0f, 0.5f, 1e30f));
+    for (const char* bad : {"", "1,2", "1,2,3,4", "-1,0,0", "0,0,1e39", "nan,0,0", "0,inf,0"}) {
+        const auto colour = parseColour("--background", bad);
+        ASSERT_FALSE(colour) << bad;
+        EXPECT_NE(colour.error().message.find("--background '" + std::string(bad) + "'"), std::string::npos)
+            << colour.error().message;
+    }
 }
 
 TEST(Arguments, ShadowModesOfLaterVersionsAreRefusedAsSuch) {

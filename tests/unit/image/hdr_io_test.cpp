@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <limits>
 
 #include "common/image/image_reader.h"
@@ -108,6 +109,35 @@ TEST(HdrIo, SamePictureGivesTheSameBytesAndRunsAreShort) {
     EXPECT_EQ(test::contentOf(folder / "a.hdr").substr(0, header.size()), header);
     EXPECT_EQ(std::filesystem::file_size(folder / "a.hdr"), header.size() + 100 * (4 + 4 * 16));
     EXPECT_EQ(folder.names().size(), 2U);
+}
+
+// Programs of Radiance multiply pixels and say so in the header: radiance is what was there before. EXPOSURE lines add up.
+TEST(HdrIo, WhatTheHeaderSaysOfTheExposureIsTakenBack) {
+    const test::TemporaryDirectory folder;
+    const auto read = [&](const std::string& lines) {
+        std::ofstream(folder / "a.hdr", std::ios::binary)
+            << "#?RADIANCE\n" + lines + "FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n" + "\x80\x40\x20\x81" + "EXPO";
+        return readImage(folder / "a.hdr");
+    };
+    const auto plain = read("");
+    ASSERT_TRUE(plain);
+    EXPECT_EQ(plain->rgba.at(0, 0, 0), 1.0F);
+    for (const auto& [lines, scale] : {std::pair{"EXPOSURE=4\n", 0.25F},
+                                       {"EXPOSURE= 0.5\r\n", 2.0F},
+                                       {"EXPOSURE=4\nGAMMA=1\nEXPOSURE=+0.25\n", 1.0F},
+                                       {"NOEXPOSURE=4\n", 1.0F}}) {
+        const auto scaled = read(lines);
+        ASSERT_TRUE(scaled) << lines;
+        for (int c = 0; c < 3; ++c)
+            EXPECT_EQ(scaled->rgba.at(0, 0, c), plain->rgba.at(0, 0, c) * scale) << lines << c;
+        EXPECT_EQ(scaled->rgba.at(0, 0, 3), 1.0F);
+    }
+    for (const char* lines : {"EXPOSURE=0\n", "EXPOSURE=-1\n", "EXPOSURE=nan\n", "EXPOSURE=x\n", "EXPOSURE=1e400\n"}) {
+        const auto refused = read(lines);
+        ASSERT_FALSE(refused) << lines;
+        EXPECT_NE(refused.error().message.find("exposure is no positive number"), std::string::npos)
+            << refused.error().message;
+    }
 }
 
 TEST(HdrIo, EmptyPicturesAndBadPathsAreRefused) {

@@ -134,12 +134,92 @@ TEST_F(Obj, NumbersThatAreNoneAreRefusedWithTheirLine) {
     expectRefused("v 0 0\n", "line 1: has 2 numbers where 3 are needed");
 }
 
-TEST_F(Obj, IndicesBeyondTheVerticesDrawNothingAndBreakNothing) {
-    const Loaded loaded = loadText(std::string(kSquare) + "f 1 2 9\nf 1 2 3\n");
-    if (loaded.file)
-        EXPECT_EQ(loaded.only<Geometry>().indices.size(), 3u);
-    else
-        EXPECT_NE(loaded.error().find("9"), std::string::npos);
+// Never a partial scene: triangles, quads and polygons alike.
+TEST_F(Obj, CornersThatAreNotThereAreRefusedWithTheirLine) {
+    const std::string square(kSquare);
+    expectRefused(square + "f 1 2 3\nf 1 2 9\n", "line 6: names vertex 9, there are 4");
+    expectRefused(square + "f 1 2 3 9\n", "line 5: names vertex 9, there are 4");
+    expectRefused(square + "f 1 2 3 4 -5\n", "line 5: names vertex -5, there are 4");
+    expectRefused(square + "f -1 -2 -3\nv 5 5 5\nf 1 2 6\n", "line 7: names vertex 6, there are 5");
+    expectRefused("f -1 -2 -3\n" + square, "line 1: names vertex -1, there are 0");
+    expectRefused(square + "vt 0 0\nf 1/1 2/2 3/1\n", "line 6: names texture coordinate 2, there are 1");
+    expectRefused(square + "vn 0 0 1\nf 1//1 2//1 3//7\n", "line 6: names normal 7, there are 1");
+    expectRefused(square + "f 99999999999999999999 1 2\n", "line 5: names vertex 99999999999999999999, there are 4");
+    for (const char* corner : {"0", "1/0", "x", "1x", "1/x", "/1", "1/1/1/1", "1.5"})
+        expectRefused(square + "vt 0 0\nvn 0 0 1\nf 1 2 " + corner + "\n",
+                      std::string("line 7: '") + corner + "' is not a corner of a face");
+}
+
+TEST_F(Obj, FacesMayNameWhatComesLater) {
+    const Loaded loaded = loadText("f 1 2 3\n" + std::string(kSquare));
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    EXPECT_EQ(loaded.only<Geometry>().indices.size(), 3u);
+}
+
+TEST_F(Obj, FacesOfFewerThanThreeCornersAreNamedByTheirLine) {
+    const Loaded loaded = loadText(std::string(kSquare) + "f 1 2\nf 3\nf 1 2 3 # 4\n");
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    EXPECT_EQ(loaded.only<Geometry>().indices.size(), 3u);
+    EXPECT_TRUE(loaded.warnsOf("line 5: a face of 2 corners is not drawn"));
+    EXPECT_TRUE(loaded.warnsOf("line 6: a face of 1 corners is not drawn"));
+}
+
+// The first vertex would be lost with the mark, and every face would name the one after its own.
+TEST_F(Obj, AByteOrderMarkIsNoPartOfTheFirstLine) {
+    _folder.write("looks.mtl", "\xef\xbb\xbfnewmtl red\nKd 1 0 0\n");
+    const Loaded loaded = loadText("\xef\xbb\xbf" + std::string(kSquare) + "mtllib looks.mtl\nusemtl red\nf 1 2 3\n");
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    EXPECT_EQ(loaded.only<Geometry>().positions[0], glm::vec3(0, 0, 0));
+    EXPECT_EQ(loaded.only<Material>().baseColour.get(), glm::vec4(1, 0, 0, 1));
+}
+
+TEST_F(Obj, LinesGoOnBehindABackslashAndKeepTheirNumbers) {
+    for (const char* end : {"\n", "\r\n"}) {
+        const std::string text = std::string("v 0 0 \\") + end + "0" + end + "v 1 0 0" + end + "v 1 1 0" + end + "v 0 1 0" +
+                                 end + "# C:\\models\\" + end + "f 1 2 \\" + end + "3 \\" + end + "4" + end;
+        const Loaded loaded = loadText(text);
+        ASSERT_TRUE(loaded.file) << loaded.error();
+        EXPECT_EQ(loaded.only<Geometry>().indices.size(), 6u);
+        expectRefused(text + "v x 0 0" + end, "line 10: 'x' is not a number");
+    }
+}
+
+TEST_F(Obj, NamesMayHaveBlanks) {
+    const char* library = "newmtl dark  wood \r\nKd 1 0 0\r\nnewmtl dark\r\nKd 0 1 0\r\n";
+    _folder.write("my looks.mtl", library);
+    _folder.write("a.mtl", "newmtl other\nKd 0 0 1\n");
+    _folder.write("b.mtl", library);
+    for (const char* libraries : {"my looks.mtl", "a.mtl b.mtl", ".\\b.mtl", "b.mtl  "}) {
+        const Loaded loaded = loadText("mtllib " + std::string(libraries) + "\n" + kSquare + "usemtl dark  wood\nf 1 2 3\n");
+        ASSERT_TRUE(loaded.file) << loaded.error();
+        EXPECT_EQ(loaded.only<Material>().baseColour.get(), glm::vec4(1, 0, 0, 1)) << libraries;
+        EXPECT_EQ(loaded.only<Material>().name.get(), "dark  wood");
+        EXPECT_TRUE(loaded.file->warnings.empty()) << libraries;
+    }
+    const Loaded absent = loadText("mtllib a.mtl no.mtl\n" + std::string(kSquare) + "usemtl some thing\nf 1 2 3\n");
+    ASSERT_TRUE(absent.file) << absent.error();
+    EXPECT_TRUE(absent.warnsOf("cannot read 'no.mtl'"));
+    EXPECT_TRUE(absent.warnsOf("'some thing'"));
+}
+
+TEST_F(Obj, MaterialValuesThatAreNoNumbersAreNamed) {
+    _folder.write("looks.mtl", "newmtl odd\nKd nan 0.5 1\nKs inf 0 0\nNs x\nd -halo 0.5\n");
+    const Loaded loaded = loadText("mtllib looks.mtl\n" + std::string(kSquare) + "usemtl odd\nf 1 2 3\n");
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    EXPECT_EQ(loaded.only<Material>().baseColour.get()[0], 0.0f);
+    EXPECT_EQ(loaded.only<Material>().baseColour.get()[1], 0.5f);
+    EXPECT_EQ(loaded.only<Material>().specular.get(), glm::vec3(0.0f));
+    EXPECT_TRUE(loaded.warnsOf("mtllib 'looks.mtl', line 2: Kd 'nan' is not a finite number and taken as 0"));
+    EXPECT_TRUE(loaded.warnsOf("line 3: Ks 'inf'"));
+    EXPECT_TRUE(loaded.warnsOf("line 4: Ns 'x'"));
+}
+
+TEST_F(Obj, WhatIsNoTextIsRefused) {
+    expectRefused(std::string("v 0 0 0\0v 1 0 0\n", 17), "is no text file");
+    _folder.write("looks.mtl", std::string("newmtl red\0\n", 12));
+    const Loaded loaded = loadText("mtllib looks.mtl\n" + std::string(kSquare) + "f 1 2 3\n");
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    EXPECT_TRUE(loaded.warnsOf("mtllib 'looks.mtl': is no text file"));
 }
 
 TEST_F(Obj, PointsAndLinesOnlyIsAnEmptyScene) {

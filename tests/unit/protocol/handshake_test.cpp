@@ -261,6 +261,41 @@ TEST_F(DialledClient, KeepsOnlySoManyStrangers) {
     for (const auto& stranger : strangers) EXPECT_TRUE(stranger.isClosed()) << "a handshake has 5 s";
 }
 
+// Silent connections take places, yet who says hello gets one: at the server that a client dials (both its connections),
+// and at the client that servers dial. Meanwhile more strangers come.
+TEST_F(Handshake, SilentStrangersKeepNobodyOutOfAServer) {
+    std::vector<net::MemoryNetwork::Stranger> strangers;
+    const auto flood = [&](int count) {
+        for (int i = 0; i < count; ++i) strangers.push_back(network.dial("left", 7420));
+        network.run(1ms);
+    };
+    flood(100);
+    const auto open = [&] {
+        return std::count_if(strangers.begin(), strangers.end(), [](const auto& one) { return !one.isClosed(); });
+    };
+    EXPECT_EQ(open(), 64);
+    VirtualClient client(VirtualClient::options("desk", types, {"left"}), types, network);
+    ASSERT_TRUE(client.settle());
+    EXPECT_EQ(client.errorText(), "");
+    EXPECT_EQ(left.clients, std::vector<std::string>{"desk"});
+    flood(100);
+    client.begin();
+    ASSERT_TRUE(client.settle());
+    EXPECT_EQ(client.errorText(), "");
+    EXPECT_LE(open(), 62) << "the session keeps its two places";
+}
+
+TEST_F(DialledClient, SilentStrangersKeepNoServerOut) {
+    start();
+    std::vector<net::MemoryNetwork::Stranger> strangers;
+    for (int i = 0; i < 60; ++i) strangers.push_back(network.dial("desk", 7421));
+    network.run(10ms);
+    const auto one = server("one"), two = server("two");
+    ASSERT_TRUE(client->settle());
+    EXPECT_EQ(client->errorText(), "");
+    EXPECT_TRUE(draws());
+}
+
 TEST_F(Handshake, BytesThatDripDoNotPutTheHandshakesEndOff) {
     auto stranger = network.dial("left", 7420);
     const wire::Bytes bytes = framed(hello(), 0, 0);
@@ -281,6 +316,25 @@ TEST_F(Handshake, AServerThatIsNotThereIsNamedWithinTheConnectTimeout) {
     EXPECT_EQ(network.now() - start, Duration(5s));
     EXPECT_EQ(client.errorText(),
               "server 'right' at nowhere:1234 cannot be reached: connection refused; is umbriel-server running there?");
+}
+
+// A tunnel takes calls before its far end is there, a crowded server takes them and hangs up.
+TEST_F(Handshake, WhoHangsUpBeforeTheHelloIsCalledAgain) {
+    auto crowded = VirtualServer::options("right", types);
+    crowded.maxConnections = 0;
+    auto hangsUp = std::make_unique<VirtualServer>(crowded, types, network);
+    network.listen(hangsUp->node, "right", 7420);
+    EXPECT_EQ(connectError(VirtualClient::options("desk", types, {"right"})),
+              "server 'right' at right:7420 cannot be reached: it closes the connection before it says hello; is "
+              "umbriel-server running there?");
+
+    VirtualClient client(VirtualClient::options("desk", types, {"left", "right"}), types, network);
+    network.run(2s);
+    network.remove(hangsUp->node);
+    VirtualServer right("right", types, network);
+    network.listen(right.node, "right", 7420);
+    ASSERT_TRUE(client.settle());
+    EXPECT_EQ(client.errorText(), "");
 }
 
 TEST_F(Handshake, AServerThatStartsLateIsReached) {
