@@ -33,7 +33,9 @@ struct BakeArguments {
     double audit = 2.0;        // percent of the shards that two servers bake, and that must agree
     // Light maps (light_map_command.h), instead of visibility maps.
     std::optional<std::int64_t> lightMap;  // texels along each side of the atlas
-    std::string from = "rays";
+    std::string from = "rays";             // or a mode that parseBakedMode() knows
+    std::optional<std::int64_t> mapSize;   // texels of its shadow maps; none: 2048
+    std::vector<std::string> shadowSet;    // FIELD=VALUE, as of render
     int texelSamples = 4;                  // along each side of a texel
     int lightSamples = 2;                  // along each side of a light with a size
     std::vector<std::string> lights;       // as of render; none: the scene's own

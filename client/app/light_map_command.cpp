@@ -16,6 +16,7 @@
 #include "common/base/processor_time.h"
 #include "common/image/exr_io.h"
 #include "common/scene/core_types.h"
+#include "common/wall/grid.h"
 
 namespace umbriel {
 namespace {
@@ -23,20 +24,31 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kMostSamples = 16;
+constexpr std::int64_t kBakedMapSize = 2048;
+
+bool isDrawn(const BakeArguments& a) {
+    return a.from != "rays";
+}
 
 Result<void> check(const BakeArguments& a) {
     const std::int64_t size = *a.lightMap;
     if (size < 1 || size > LightMap::kMaxSize)
         return badInput(fmt::format("--light-map {}: expected 1 to {} texels along each side of the atlas", size,
                                     LightMap::kMaxSize));
-    if (a.from != "rays") {
-        if (const auto mode = parseShadowMode(a.from); !mode)
-            return badInput(fmt::format("--from '{}': expected rays", a.from));
-        return badInput(
-            fmt::format("--from {}: this version bakes light maps with rays only (--from rays), which know the "
-                        "shadows that {} comes near to",
-                        a.from, a.from));
+    if (isDrawn(a)) {
+        if (const auto mode = parseBakedMode(a.from); !mode) return mode.error();
+        if (a.local && !a.servers.empty())
+            return badInput("--servers excludes --local: servers that run, or embedded ones");
+        if (a.local && (*a.local < 1 || *a.local > 256))
+            return badInput(fmt::format("--local {}: expected 1 to 256 servers", *a.local));
+    } else {
+        if (a.mapSize || !a.shadowSet.empty())
+            return badInput("--map-size and --shadow-set: rays have no shadow maps; name a mode with --from");
+        if (!a.servers.empty() || a.local)
+            return badInput("--light-map: rays are traced by threads of this process, without --servers and --local");
     }
+    if (a.mapSize && (*a.mapSize < 1 || *a.mapSize > 16384))
+        return badInput(fmt::format("--map-size {}: expected 1 to 16384 texels", *a.mapSize));
     if (a.texelSamples < 1 || a.texelSamples > kMostSamples)
         return badInput(fmt::format("--samples {}: expected 1 to {} points along each side of a texel", a.texelSamples,
                                     kMostSamples));
@@ -45,8 +57,6 @@ Result<void> check(const BakeArguments& a) {
                                     a.lightSamples, kMostSamples));
     if (a.threads < 0 || a.threads > 4096)
         return badInput(fmt::format("--threads {}: expected 1 to 4096, or 0 for all", a.threads));
-    if (!a.servers.empty() || a.local)
-        return badInput("--light-map: rays are traced by threads of this process, without --servers and --local");
     if (!a.atlas.empty() && !a.atlas.ends_with(".exr"))
         return badInput(fmt::format("--atlas '{}': expected a name ending in .exr", a.atlas));
     if (!a.out.empty() && !a.out.ends_with(".umlight"))
@@ -54,9 +64,60 @@ Result<void> check(const BakeArguments& a) {
     return {};
 }
 
+struct Baked {
+    LightMapFile file;
+    double serverSeconds = 0.0;  // of processors
+};
+
+Result<Baked> traceRays(const BakeArguments& a, const LoadedStage& loaded, const LightMapOptions& options) {
+    auto file = bakeLightMapOf(*loaded.scene, loaded.stage.root, options, a.moving);
+    if (!file) return file.error();
+    return Baked{std::move(*file), 0.0};
+}
+
+// On servers that run, or on embedded ones.
+Result<Baked> draw(const BakeArguments& a, const TypeRegistry& types, LoadedStage& loaded,
+                   const LightMapOptions& options) {
+    ClusterOptions setup;
+    setup.local = a.local.value_or(1);
+    setup.insecureLan = a.insecureLan;
+    setup.serverArguments = {"--log-level", a.quiet ? "error" : "warning"};
+    if (!a.servers.empty()) {
+        auto servers = parseServers(a.servers);
+        if (!servers) return servers.error();
+        setup.servers = std::move(*servers);
+    }
+    const std::int32_t wall = LightMapDrawing::wallSide(options.size, options.samples);
+    const auto servers =
+        static_cast<std::int64_t>(setup.servers.empty() ? static_cast<std::size_t>(setup.local) : setup.servers.size());
+    const auto tiles = gridTiles({wall, wall}, std::min<std::int64_t>(servers, wall), 1);
+    if (!tiles) return tiles.error();
+    auto cluster = Cluster::connect(setup, types, *tiles);
+    if (!cluster) return cluster.error();
+    (*cluster)->measureCost(true);
+    Baked baked;
+    LightMapDrawing drawing(*loaded.scene, loaded.stage.window, loaded.stage.viewport,
+                            [&](Aspect& scene, const WallViews& views) -> Result<std::vector<TilePixels>> {
+                                auto report = (*cluster)->frame(scene, views, 0.0, true);
+                                if (!report) return report.error();
+                                for (const ServerReport& server : report->servers)
+                                    baked.serverSeconds += server.cpuMilliseconds * 1e-3;
+                                return std::move(report->tiles);
+                            });
+    auto file = bakeLightMapOf(*loaded.scene, loaded.stage.root, options, a.moving, &drawing);
+    if (!file) return file.error();
+    baked.file = std::move(*file);
+    return baked;
+}
+
 Result<void> bake(const BakeArguments& a, std::ostream& out) {
     if (const auto checked = check(a); !checked) return checked.error();
     StageOptions stage;
+    if (isDrawn(a)) {
+        stage.shadowMode = *parseBakedMode(a.from);
+        stage.mapSize = static_cast<std::uint32_t>(a.mapSize.value_or(kBakedMapSize));
+        stage.shadowSet = a.shadowSet;
+    }
     for (const std::string& text : a.lights) {
         const auto light = parseLight(text);
         if (!light) return light.error();
@@ -66,8 +127,6 @@ Result<void> bake(const BakeArguments& a, std::ostream& out) {
     registerCoreTypes(types);
     const auto loaded = loadStage(a.scene, types, stage, 1.0);
     if (!loaded) return loaded.error();
-    const Aspect& scene = *(*loaded)->scene;
-
     LightMapOptions options;
     options.size = static_cast<std::uint32_t>(*a.lightMap);
     options.samples = a.texelSamples;
@@ -80,11 +139,12 @@ Result<void> bake(const BakeArguments& a, std::ostream& out) {
     };
     const auto begin = std::chrono::steady_clock::now();
     const Duration cpuBegin = processorTime();
-    auto file = bakeLightMapOf(scene, (*loaded)->stage.root, options, a.moving);
+    auto done = isDrawn(a) ? draw(a, types, **loaded, options) : traceRays(a, **loaded, options);
     if (progress) progress->finish();
-    if (!file) return badInput(fmt::format("{}: {}", a.scene, file.error().message));
+    if (!done) return Error{done.error().kind, fmt::format("{}: {}", a.scene, done.error().message)};
+    const LightMapFile* file = &done->file;
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    const double cpuSeconds = toSeconds(processorTime() - cpuBegin);
+    const double cpuSeconds = toSeconds(processorTime() - cpuBegin) + done->serverSeconds;
     const std::filesystem::path path = a.out.empty() ? lightMapFileOf(a.scene) : std::filesystem::path(a.out);
     if (const auto written = writeLightMap(path, *file); !written) return written.error();
     if (!a.atlas.empty())
@@ -100,7 +160,8 @@ Result<void> bake(const BakeArguments& a, std::ostream& out) {
     const BakedLightMap& baked = file->baked;
     const double covered = static_cast<double>(baked.covered) / (double(baked.size) * double(baked.size));
     if (a.json) {
-        out << Json({{"size", baked.size},
+        out << Json({{"from", a.from},
+                     {"size", baked.size},
                      {"lights", file->lightNames},
                      {"surfaces", file->states.size()},
                      {"triangles", baked.places.size()},
@@ -108,6 +169,7 @@ Result<void> bake(const BakeArguments& a, std::ostream& out) {
                      {"covered", covered},
                      {"texel_metres", baked.texelMetres},
                      {"rays", baked.rays},
+                     {"lookups", baked.lookups},
                      {"seconds", seconds},
                      {"cpu_seconds", cpuSeconds},
                      {"bytes", mapped->bytes().size()},
@@ -117,10 +179,12 @@ Result<void> bake(const BakeArguments& a, std::ostream& out) {
     } else if (!a.quiet) {
         out << fmt::format(
             "{} lights on {} surfaces ({} triangles in {} charts) in {} x {} texels, {:.0f} % of them covered, {:.3g} "
-            "m a "
-            "texel on the largest chart\n{} rays traced in {:.2f} s ({:.2f} s of processors)\nwrote {}, sha256 {}\n",
+            "m a texel on the largest chart\n{} in {:.2f} s ({:.2f} s of processors)\nwrote {}, sha256 {}\n",
             file->lightStates.size(), file->states.size(), baked.places.size(), baked.chartCount, baked.size,
-            baked.size, 100.0 * covered, baked.texelMetres, baked.rays, seconds, cpuSeconds, path.string(), hash);
+            baked.size, 100.0 * covered, baked.texelMetres,
+            isDrawn(a) ? fmt::format("{} points of surfaces drawn", baked.lookups)
+                       : fmt::format("{} rays traced", baked.rays),
+            seconds, cpuSeconds, path.string(), hash);
     }
     if (!out.flush()) return failure("the result could not be written");
     return {};

@@ -60,7 +60,7 @@ LightMapSurface surfaceOf(const Aspect& scene, const DrawnSurface& drawn, const 
 }  // namespace
 
 Result<LightMapFile> bakeLightMapOf(const Aspect& scene, Ref<Node> root, const LightMapOptions& options,
-                                    const std::vector<std::string>& moving) {
+                                    const std::vector<std::string>& moving, LightMapDrawing* drawing) {
     const Hierarchy hierarchy(scene, root);
     std::vector<DrawnSurface> drawn = drawnSurfaces(scene, root, hierarchy);
     for (const std::string& name : moving)
@@ -95,7 +95,9 @@ Result<LightMapFile> bakeLightMapOf(const Aspect& scene, Ref<Node> root, const L
                                     options.size, options.size, lights.size(), bytes >> 20, kMostBytes >> 20));
 
     std::vector<LightMapSurface> surfaces;
+    std::vector<Ref<Node>> nodes, gone;
     for (const DrawnSurface& surface : drawn) {
+        (surface.moves ? gone : nodes).push_back(surface.node);
         if (surface.moves) continue;
         surfaces.push_back(surfaceOf(scene, surface, **rays));
         file.states.push_back(surface.state);
@@ -104,7 +106,8 @@ Result<LightMapFile> bakeLightMapOf(const Aspect& scene, Ref<Node> root, const L
                 (*rays)->reaches(number, static_cast<std::uint32_t>(surface.node.id.value)) ? 1 : 0);
     }
     if (surfaces.empty()) return badInput("nothing in the scene stays where it is: there is nothing to bake");
-    auto baked = bakeLightMap(surfaces, lights, (*rays)->rays(), options);
+    if (drawing) drawing->describe(std::move(nodes), std::move(gone), std::move(numbers));
+    auto baked = bakeLightMap(surfaces, lights, (*rays)->rays(), options, drawing);
     if (!baked) return baked.error();
     file.baked = std::move(*baked);
     return file;

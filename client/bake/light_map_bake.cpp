@@ -7,6 +7,7 @@
 
 #include "common/base/assert.h"
 #include "common/math/disc_sampling.h"
+#include "common/math/pixel_rect.h"
 #include "common/scene/light_map.h"
 
 namespace umbriel {
@@ -35,8 +36,8 @@ struct Band {
 class LightMapBaker {
  public:
     LightMapBaker(std::span<const LightMapSurface> surfaces, std::span<const LightMapLight> lights,
-                  const trace::OcclusionScene& rays, const LightMapOptions& options)
-        : _surfaces(surfaces), _lights(lights), _rays(rays), _options(options) {}
+                  const trace::OcclusionScene& rays, const LightMapOptions& options, LightMapDrawer* drawer)
+        : _surfaces(surfaces), _lights(lights), _rays(rays), _options(options), _drawer(drawer) {}
 
     Result<BakedLightMap> bake() {
         for (std::uint32_t i = 0; i < _surfaces.size(); ++i)
@@ -51,7 +52,15 @@ class LightMapBaker {
         _baked.texels.assign(texelsOf() * _lights.size(), 255);
         _covered.assign(texelsOf(), 0);
         describe();
-        trace();
+        if (!_drawer) {
+            trace();
+        } else if (const auto drawn = draw(); !drawn) {
+            return drawn.error();
+        }
+        std::atomic<std::size_t> next = 0;
+        inThreads([&](bool) {
+            for (std::size_t i = next++; i < _charts.size(); i = next++) fillUncovered(_charts[i]);
+        });
         return std::move(_baked);
     }
 
@@ -151,11 +160,72 @@ class LightMapBaker {
         inThreads(work);
         _baked.rays = rays;
         _baked.covered = covered;
-        next = 0;
-        inThreads([&](bool) {
-            for (std::size_t i = next++; i < _charts.size(); i = next++) fillUncovered(_charts[i]);
-        });
         if (_options.progress) _options.progress(all, all);
+    }
+
+    Result<void> draw() {
+        std::vector<std::vector<glm::dvec2>> corners;
+        for (const LightMapSurface& surface : _surfaces)
+            corners.emplace_back(3 * surface.mesh.triangles.size(), glm::dvec2(0.0));
+        for (const Placed& placed : _charts)
+            for (std::size_t i = 0; i < placed.chart.triangles.size(); ++i)
+                for (std::size_t k = 0; k < 3; ++k)
+                    corners[placed.surface][3 * placed.chart.triangles[i] + k] =
+                        placed.spot.at + placed.spot.scale * placed.chart.corners[3 * i + k];
+        if (auto unwrapped = _drawer->unwrap(std::move(corners), _options.size); !unwrapped) return unwrapped;
+        const auto samples = static_cast<std::uint32_t>(_options.samples);
+        const std::uint32_t side = std::min(_options.size, kDrawnPoints / samples);
+        const std::uint32_t columns = (_options.size + side - 1) / side;
+        const std::uint64_t all = std::uint64_t{columns} * columns;
+        for (std::uint64_t done = 0; done < all; ++done) {
+            const auto x = static_cast<std::uint32_t>(done % columns) * side;
+            const auto y = static_cast<std::uint32_t>(done / columns) * side;
+            if (std::any_of(_charts.begin(), _charts.end(),
+                            [&](const Placed& placed) { return !within(placed.spot, x, y, side).empty(); })) {
+                const auto factors = _drawer->lookUp(x, y, side, _options.samples);
+                if (!factors) return factors.error();
+                UMBRIEL_ASSERT(factors->size() == _lights.size(), "factors of every light");
+                for (const Placed& placed : _charts) take(placed, *factors, x, y, side);
+            }
+            if (_options.progress) _options.progress(done + 1, all);
+        }
+        return {};
+    }
+    // What of a chart lies in a square of the atlas.
+    static PixelRect within(const ChartSpot& spot, std::uint32_t x, std::uint32_t y, std::uint32_t side) {
+        const auto rect = [](std::uint32_t left, std::uint32_t bottom, std::uint32_t width, std::uint32_t height) {
+            return PixelRect{static_cast<std::int32_t>(left), static_cast<std::int32_t>(bottom),
+                             static_cast<std::int32_t>(width), static_cast<std::int32_t>(height)};
+        };
+        return intersect(rect(spot.x, spot.y, spot.width, spot.height), rect(x, y, side, side));
+    }
+    // The means of a chart's texels in a square that was drawn.
+    void take(const Placed& placed, const std::vector<std::vector<float>>& factors, std::uint32_t left,
+              std::uint32_t bottom, std::uint32_t side) {
+        const auto samples = static_cast<std::size_t>(_options.samples);
+        const std::size_t width = side * samples;
+        const PixelRect part = within(placed.spot, left, bottom, side);
+        for (auto y = static_cast<std::uint32_t>(part.y); y < static_cast<std::uint32_t>(part.y + part.height); ++y)
+            for (auto x = static_cast<std::uint32_t>(part.x); x < static_cast<std::uint32_t>(part.x + part.width); ++x)
+                for (std::size_t light = 0; light < _lights.size(); ++light) {
+                    double sum = 0.0;
+                    int points = 0;
+                    for (std::size_t k = 0; k < samples * samples; ++k) {
+                        const float factor = factors[light][((y - bottom) * samples + k / samples) * width +
+                                                            (x - left) * samples + k % samples];
+                        if (!(factor >= 0.0f)) continue;
+                        sum += static_cast<double>(factor);
+                        ++points;
+                    }
+                    if (points == 0) break;  // of every light
+                    const bool isLit = _surfaces[placed.surface].lit[light] != 0;
+                    _baked.texels[light * texelsOf() + texel(x, y)] =
+                        isLit ? toByte(std::min(sum / points, 1.0)) : std::uint8_t{255};
+                    if (light > 0) continue;
+                    _covered[texel(x, y)] = 1;
+                    ++_baked.covered;
+                    _baked.lookups += static_cast<std::uint64_t>(points);
+                }
     }
     template <class Work>
     void inThreads(const Work& work) const {
@@ -371,6 +441,7 @@ class LightMapBaker {
     std::span<const LightMapLight> _lights;
     const trace::OcclusionScene& _rays;
     LightMapOptions _options;
+    LightMapDrawer* _drawer;  // null: rays
     std::vector<Placed> _charts;
     std::vector<std::uint8_t> _covered;
     BakedLightMap _baked;
@@ -379,11 +450,12 @@ class LightMapBaker {
 }  // namespace
 
 Result<BakedLightMap> bakeLightMap(std::span<const LightMapSurface> surfaces, std::span<const LightMapLight> lights,
-                                   const trace::OcclusionScene& rays, const LightMapOptions& options) {
+                                   const trace::OcclusionScene& rays, const LightMapOptions& options,
+                                   LightMapDrawer* drawer) {
     UMBRIEL_ASSERT(
         options.samples >= 1 && options.samples <= 16 && options.lightSamples >= 1 && options.lightSamples <= 16,
         "samples of a light map");
-    return LightMapBaker(surfaces, lights, rays, options).bake();
+    return LightMapBaker(surfaces, lights, rays, options, drawer).bake();
 }
 
 }  // namespace umbriel

@@ -147,7 +147,16 @@ void addBakeOptions(CLI::App& command, BakeArguments& arguments) {
     command.add_flag("--insecure-lan", arguments.insecureLan, "allow unencrypted servers beyond this machine");
     command.add_option("--light-map", arguments.lightMap,
                        "instead: shadows of the scene's static lights in an atlas of N x N texels, for --shadow light-map");
-    command.add_option("--from", arguments.from, "light maps: how they are made: rays")->capture_default_str();
+    command
+        .add_option("--from", arguments.from,
+                    "light maps: rays, or the shadow mode they are drawn with: std, pcf, ppcf, cube, dual-paraboloid")
+        ->capture_default_str();
+    command.add_option("--map-size", arguments.mapSize,
+                       "light maps from a mode: texels of its shadow maps (default: 2048)");
+    command
+        .add_option("--shadow-set", arguments.shadowSet,
+                    "light maps from a mode: FIELD=VALUE, as of render; repeatable")
+        ->allow_extra_args(false);
     command.add_option("--samples", arguments.texelSamples, "light maps: points along each side of a texel")
         ->capture_default_str();
     command.add_option("--light-samples", arguments.lightSamples,

@@ -93,6 +93,9 @@ struct View {
     glm::dmat4 clipFromView{1.0};    // of the whole region; reversed depth: 1 at the near plane, 0 at infinity or far
     double nearDistance = 0.1;       // metres
     bool orthographic = false;
+    // No look at all, but all surfaces side by side, both sides of each, where their TEXCOORD_1 puts them: clipFromView
+    // is then of (u, v, 0, 1). For light maps that are baked of light factors; such a view has no colours.
+    bool unwrapped = false;
     std::vector<ShadowFit> fits;     // by light, ascending by id
 };
 

@@ -107,7 +107,7 @@ void writeView(Writer& writer, const View& view) {
     writeMatrix(writer, view.viewFromWorld);
     writeMatrix(writer, view.clipFromView);
     writer.f64(view.nearDistance);
-    writer.u8(view.orthographic ? 1 : 0);
+    writer.u8(view.unwrapped ? 2 : view.orthographic ? 1 : 0);
     writer.varint(view.fits.size());
     for (const ShadowFit& fit : view.fits) writeFit(writer, fit);
 }
@@ -126,7 +126,10 @@ View readView(Reader& reader, PixelSize wall) {
     view.viewFromWorld = readMatrix<glm::dmat3>(reader);
     view.clipFromView = readMatrix<glm::dmat4>(reader);
     view.nearDistance = reader.finiteF64();
-    view.orthographic = reader.boolean();
+    const std::uint8_t kind = reader.u8();
+    if (kind > 2) reader.fail("unknown kind of a view");
+    view.orthographic = kind == 1;
+    view.unwrapped = kind == 2;
     const std::size_t fits = reader.count(kMinFitBytes, kMaxFits);
     view.fits.reserve(fits);
     for (std::size_t i = 0; i < fits && reader.ok(); ++i) view.fits.push_back(readFit(reader));

@@ -51,6 +51,12 @@ PixelRect pixelsOf(const View& view, const Box& box, const glm::dmat4& relativeF
 }
 
 Frustum tileFrustum(const View& view, const PixelRect& pixels, double marginPixels) {
+    // Where a surface is unwrapped, its place in the world does not say.
+    if (view.unwrapped) {
+        Frustum everything{};
+        everything.planes.fill({0.0, 0.0, 0.0, 1.0});
+        return everything;
+    }
     const glm::dmat4 clipFromRelative = clipFromRelativeOf(view);
     const glm::dvec4 x = row(clipFromRelative, 0);
     const glm::dvec4 y = row(clipFromRelative, 1);

@@ -33,7 +33,8 @@ struct Box {
 using Plane = glm::dvec4;
 
 // What a rectangle of the wall sees of the world, relative to the view's eye (world axes): left, right, bottom, top,
-// near, far. The far plane of an infinite projection is one that everything is inside of.
+// near, far. The far plane of an infinite projection is one that everything is inside of, as all planes of an unwrapped
+// view are.
 struct Frustum {
     std::array<Plane, 6> planes;
     // The four corners of the near plane, counter-clockwise from the lower left.

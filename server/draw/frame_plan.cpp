@@ -58,6 +58,7 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_FOG_SQUARED_EXPONENTIAL", "squared-exponential-fog"},
     {"FEATURE_ENVIRONMENT", "environment"},
     {"FEATURE_ORTHOGRAPHIC", "orthographic"},
+    {"FEATURE_UNWRAPPED", "unwrapped"},
     {"FEATURE_WORLD_AXES", "world-axes"},
     {"FEATURE_SHADOW_COLOUR", "shadow-colour"},
     {"FEATURE_ONE_LIGHT", "1-light"},
@@ -311,6 +312,7 @@ class Planner {
 
     void planView(std::uint32_t view) {
         const ViewDemand& demand = _demands[view];
+        if (demand.unwrapped) return;
         planDarkness(view);
         if (isOverlay(demand.show)) {
             constexpr const char* kShows[kEnumCount<ShadowShow>] = {

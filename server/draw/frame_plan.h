@@ -63,6 +63,7 @@ enum class Feature : std::uint32_t {
     FogSquaredExponential,
     Environment,
     Orthographic,  // the view
+    Unwrapped,     // the view; of layer shaders
     WorldAxes,     // the object is not turned or scaled: its face normals are the world's
     ShadowColour,  // something of a light is left in full shadow
     OneLight,  // as many lights reach the item, and come as constants (LightBlock); without any of these: as a list
@@ -132,6 +133,7 @@ struct ViewDemand {
     std::string name;  // of the viewport, for people
     Eye eye = Eye::Mono;
     PixelRect region;
+    bool unwrapped = false;  // layers alone
     BackgroundKind background = BackgroundKind::None;
     std::uint32_t foregrounds = 0;
     std::map<FeatureSet, std::uint32_t> surfaces;  // draw items by the features of their shader

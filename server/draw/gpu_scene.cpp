@@ -346,6 +346,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         item.casterFeatures = maskFeatures(*item.material, attributes);
         item.layerFeatures = item.casterFeatures;
         if (wantsFactors) item.layerFeatures |= run.features & ~bit(Feature::AmbientLights);
+        if (view.unwrapped) item.layerFeatures |= bit(Feature::Unwrapped);
         if (result.screen.factors && !has(materialFeatures, Feature::AlphaBlend)) {
             if (!isLit && viewport.foreignShading && has(run.features, Feature::Shadows)) {
                 constexpr FeatureSet kNotForeign = bit(Feature::LightAmbient) | bit(Feature::LightHighlights);

@@ -31,6 +31,7 @@ ViewDemand demandOf(const Aspect& scene, const ViewScene& view) {
     ViewDemand demand;
     demand.eye = view.view->eye;
     demand.region = view.view->region;
+    demand.unwrapped = view.view->unwrapped;
     if (!view.viewport) return demand;
     demand.name = view.viewport->name.get();
     demand.background = backgroundOf(scene, *view.viewport);

@@ -235,7 +235,7 @@ Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall,
     if (factors) _targets.clearFactors();
     constexpr FeatureSet kMaskOnly = bit(Feature::AlphaMask) | bit(Feature::BaseColourTexture) |
                                      bit(Feature::TexCoords0) | bit(Feature::TexCoords1) | bit(Feature::VertexColours) |
-                                     bit(Feature::WorldAxes);
+                                     bit(Feature::WorldAxes) | bit(Feature::Unwrapped);
     const gl::Program* current = nullptr;
     const GpuMaterial* material = nullptr;
     const DrawList& list = painting.visible;
@@ -248,6 +248,7 @@ Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall,
         current->set(0, glm::mat4(item.relativeFromObject));
         current->set(1, item.normalFromObject);
         setSides(item);
+        if (painting.scene.view->unwrapped) glDisable(GL_CULL_FACE);
         item.geometry->faceNormals().bind(static_cast<GLuint>(TextureUnit::FaceNormals));
         if (factors) {
             bindLights(*current, painting.scene.lights.runs[item.run]);

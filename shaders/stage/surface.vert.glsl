@@ -41,5 +41,9 @@ void main() {
 #endif
     surface.firstTriangle = firstTriangle;
     shadeVertex();
+#ifdef FEATURE_UNWRAPPED
+    gl_Position = frame.clipFromRelative * vec4(texCoords1, 0.0, 1.0);
+#else
     gl_Position = frame.clipFromRelative * vec4(relative.xyz, 1.0);
+#endif
 }

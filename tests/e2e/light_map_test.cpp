@@ -124,8 +124,57 @@ TEST_F(LightMaps, SizesThatCannotBeAreRefused) {
     EXPECT_FALSE(std::filesystem::exists(scene + ".umlight"));
 }
 
+// Two servers draw half of the texels each.
+TEST_F(LightMaps, FromAModeAreTheSameBytesOnAnyNumberOfServersAndNearToThoseOfRays) {
+    const auto baked = [&](const std::string& name, const std::vector<std::string>& more) {
+        const Outcome outcome = bake(with({"--light-map", "128", "--json", "--atlas", folder / (name + ".exr"), "--out",
+                                           folder / (name + ".umlight")},
+                                          more));
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+        return outcome.exitCode == 0 ? json::parse(outcome.out) : json();
+    };
+    const json rays = baked("rays", {}), one = baked("one", {"--from", "std"});
+    const json two = baked("two", {"--from", "std", "--local", "2"});
+    ASSERT_TRUE(rays.is_object() && one.is_object() && two.is_object());
+    EXPECT_EQ(rays["from"], "rays");
+    EXPECT_EQ(rays["lookups"], 0);
+    EXPECT_EQ(one["from"], "std");
+    EXPECT_GT(one["lookups"].get<int>(), 100000);
+    EXPECT_EQ(one["charts"], rays["charts"]);
+    EXPECT_EQ(one["bytes"], rays["bytes"]);
+    EXPECT_EQ(one["sha256"], two["sha256"]);
+    EXPECT_EQ(readFile(folder / "one.umlight"), readFile(folder / "two.umlight"));
+    const Outcome compared = run("umbriel", {"compare", folder / "rays.exr", folder / "one.exr", "--json"});
+    const json difference = json::parse(compared.out);
+    EXPECT_GT(difference["bit_differing"].get<int>(), 0);
+    EXPECT_LT(difference["rmse"].get<double>(), 0.02) << compared.out;
+    const Outcome drawn =
+        render({"--shadow", "light-map", "--light-map", folder / "one.umlight", "--out", folder / "a.exr"});
+    ASSERT_EQ(drawn.exitCode, 0) << drawn.err;
+    EXPECT_EQ(drawn.err.find("stale"), std::string::npos) << drawn.err;
+    // Fields count, too.
+    const json wide = baked("wide", {"--from", "pcf", "--shadow-set", "filterWidth=24", "--map-size", "512"});
+    const json narrow = baked("narrow", {"--from", "pcf", "--shadow-set", "filterWidth=2", "--map-size", "512"});
+    ASSERT_TRUE(wide.is_object() && narrow.is_object());
+    EXPECT_NE(wide["sha256"], narrow["sha256"]);
+}
+
+TEST_F(LightMaps, FromModesThatNeedAViewAreRefused) {
+    for (const char* mode : {"lisp", "psm", "trapez"})
+        expectRefused(bake({"--light-map", "64", "--from", mode}), "where the eye is");
+    for (const char* mode : {"planar", "planar-stencil", "zpass", "zfail", "blob"})
+        expectRefused(bake({"--light-map", "64", "--from", mode}), "in the picture of a view");
+    for (const char* mode : {"none", "light-map"})
+        expectRefused(bake({"--light-map", "64", "--from", mode}), "Expected rays, std, pcf");
+    expectRefused(bake({"--light-map", "64", "--from", "std", "--map-size", "0"}), "--map-size 0");
+    expectRefused(bake({"--light-map", "64", "--from", "std", "--local", "0"}), "--local 0");
+    expectRefused(bake({"--light-map", "64", "--from", "std", "--shadow-set", "wishes=1"}), "wishes");
+    expectRefused(bake({"--light-map", "2", "--from", "std"}), "too small for the 7 charts");
+    expectRefused(bake({"--light-map", "64", "--map-size", "512"}), "rays have no shadow maps");
+    EXPECT_FALSE(std::filesystem::exists(scene + ".umlight"));
+}
+
 TEST_F(LightMaps, ArgumentsThatMakeNoSenseAreRefused) {
-    expectRefused(bake({"--light-map", "64", "--from", "lisp"}), "--from lisp");
     expectRefused(bake({"--light-map", "64", "--from", "wishes"}), "--from 'wishes'");
     expectRefused(bake({"--light-map", "64", "--samples", "0"}), "--samples 0");
     expectRefused(bake({"--light-map", "64", "--light-samples", "17"}), "--light-samples 17");

@@ -229,5 +229,124 @@ TEST(LightMapBake, TextureCoordinatesThatCurveAreContinuousOverEdges) {
     }
 }
 
+// Looks factors up of a function of the place in the atlas, on the triangles that were unwrapped.
+class Painted final : public LightMapDrawer {
+ public:
+    Result<void> unwrap(std::vector<std::vector<glm::dvec2>> corners, std::uint32_t size) override {
+        _corners = std::move(corners);
+        _size = size;
+        return {};
+    }
+    Result<std::vector<std::vector<float>>> lookUp(std::uint32_t x, std::uint32_t y, std::uint32_t side,
+                                                   int samples) override {
+        ++calls;
+        if (calls > callsThatWork) return failure("the paint is used up");
+        EXPECT_LT(x, _size);
+        EXPECT_LT(y, _size);
+        EXPECT_LE(side * static_cast<std::uint32_t>(samples), kDrawnPoints);
+        const std::size_t width = side * static_cast<std::size_t>(samples);
+        std::vector<std::vector<float>> factors(2, std::vector<float>(width * width, -1.0f));
+        for (std::size_t i = 0; i < width * width; ++i) {
+            const glm::dvec2 at(x + (static_cast<double>(i % width) + 0.5) / samples,
+                                y + (static_cast<double>(i / width) + 0.5) / samples);
+            if (!isCovered(at)) continue;
+            factors[0][i] = static_cast<float>(factorAt(at));
+            factors[1][i] = 0.25f;
+        }
+        return factors;
+    }
+    static double factorAt(const glm::dvec2& at) { return std::fmod(0.37 * at.x + 0.11 * at.y, 1.0); }
+    bool isCovered(const glm::dvec2& at) const {
+        for (const std::vector<glm::dvec2>& surface : _corners)
+            for (std::size_t t = 0; t + 2 < surface.size(); t += 3) {
+                int left = 0, right = 0;
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const glm::dvec2 edge = surface[t + (k + 1) % 3] - surface[t + k], to = at - surface[t + k];
+                    const double area = edge.x * to.y - edge.y * to.x;
+                    left += area > 0.0;
+                    right += area < 0.0;
+                }
+                if (left == 3 || right == 3) return true;
+            }
+        return false;
+    }
+
+    int calls = 0;
+    int callsThatWork = 1 << 30;
+
+ private:
+    std::vector<std::vector<glm::dvec2>> _corners;
+    std::uint32_t _size = 0;
+};
+
+TEST(LightMapBake, DrawnTexelsAreTheMeansOfWhatWasDrawnOnTheirSurface) {
+    LightMapScene scene = sceneOf({squareMesh(4.0, 0.0), sphereMesh(1.0, 8, 6)}, 2);
+    scene.surfaces[1].lit[1] = 0;
+    const LightMapLight lights[2] = {{true, {}, {0, -1, 0}, 0.0}, {true, {}, {0, -1, 0}, 0.0}};
+    for (const auto& [size, samples] : {std::pair(96u, 1), std::pair(96u, 3), std::pair(150u, 16)}) {
+        Painted painted;
+        const auto baked = bakeLightMap(scene.surfaces, lights, *scene.rays, optionsOf(size, samples), &painted);
+        ASSERT_TRUE(baked) << baked.error().message;
+        EXPECT_EQ(painted.calls > 1, samples == 16);  // 128 texels at once
+        const std::size_t texels = std::size_t{size} * size;
+        std::uint64_t lookups = 0, covered = 0;
+        for (std::size_t i = 0; i < texels; ++i) {
+            double sum = 0.0;
+            int points = 0;
+            for (int k = 0; k < samples * samples; ++k) {
+                const glm::dvec2 at(static_cast<double>(i % size) + (k % samples + 0.5) / samples,
+                                    static_cast<double>(i / size) + (k / samples + 0.5) / samples);
+                if (!painted.isCovered(at)) continue;
+                sum += static_cast<double>(static_cast<float>(Painted::factorAt(at)));
+                ++points;
+            }
+            lookups += static_cast<std::uint64_t>(points);
+            covered += points > 0 ? 1 : 0;
+            if (points > 0) {
+                ASSERT_EQ(baked->texels[i], static_cast<int>(sum / points * 255.0 + 0.5)) << i;
+            }
+        }
+        EXPECT_EQ(baked->lookups, lookups);
+        EXPECT_EQ(baked->covered, covered);
+        EXPECT_EQ(baked->rays, 0u);
+        // The second light reaches the floor alone. What lies beside a surface is filled from it, never from others.
+        EXPECT_EQ(std::lround(255.0 * lookUp(*baked, 1, 0, {0.5f, 0.0f, 0.5f})), 64);
+        const auto sphere = static_cast<std::size_t>(baked->triangles[0]);
+        for (std::size_t t = sphere; t < baked->places.size(); ++t) {
+            if (baked->places[t] == LightMap::kNoChart) continue;
+            const LightMapSurface& surface = scene.surfaces[1];
+            const glm::uvec3 corner = surface.mesh.triangles[t - sphere];
+            for (int k = 0; k < 3; ++k)
+                EXPECT_EQ(lookUp(*baked, 1, t, glm::vec3(surface.objectPositions[corner[k]])), 1.0) << t;
+        }
+    }
+}
+
+// Two slivers along two sides of a square that is a texel large, whose middle is on neither: rays find their factor.
+TEST(LightMapBake, AChartThatNoPointOfADrawingLiesOnHasTheFactorOfItsRays) {
+    ChartMesh slivers;
+    slivers.positions = {{-3, 0, -3}, {3, 0, -3}, {3, 0, -2.9}, {3.1, 0, 3}};
+    slivers.triangles = {{0, 2, 1}, {1, 2, 3}};
+    const LightMapScene scene = sceneOf({squareMesh(400.0, -1.0), slivers, squareMesh(400.0, 2.0)}, 2);
+    const LightMapLight lights[2] = {{true, {}, {0, -1, 0}, 0.0}, {true, {}, {0, 1, 0}, 0.0}};
+    Painted painted;
+    const auto baked = bakeLightMap(scene.surfaces, lights, *scene.rays, optionsOf(64, 1), &painted);
+    ASSERT_TRUE(baked) << baked.error().message;
+    EXPECT_EQ(lookUp(*baked, 0, 2, {3, 0, -2.95}), 0.0);  // below the roof
+    EXPECT_EQ(lookUp(*baked, 1, 3, {3, 0, -2.95}), 0.0);  // above the floor
+    EXPECT_EQ(baked->places[2], baked->places[3]);
+    EXPECT_EQ(baked->rays, 0u);
+}
+
+TEST(LightMapBake, WhatKeepsTheDrawerFromDrawingIsTheError) {
+    const LightMapScene scene = sceneOf({squareMesh(4.0, 0.0)}, 2);
+    const LightMapLight lights[2] = {};
+    Painted painted;
+    painted.callsThatWork = 1;
+    const auto baked = bakeLightMap(scene.surfaces, lights, *scene.rays, optionsOf(200, 16), &painted);
+    ASSERT_FALSE(baked);
+    EXPECT_EQ(baked.error().message, "the paint is used up");
+}
+
 }  // namespace
 }  // namespace umbriel

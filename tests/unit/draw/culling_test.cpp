@@ -89,6 +89,19 @@ TEST(Culling, ATileSeesOnlyItsPart) {
     EXPECT_EQ(classify({320, 180, 320, 180}), Overlap::Partial);
 }
 
+// Its places in the world say nothing about where a surface lies in texture space.
+TEST(Culling, NothingIsOutsideOfAnUnwrappedView) {
+    View view = viewOf({640, 360});
+    view.unwrapped = true;
+    view.clipFromView = glm::dmat4(0.0);
+    Box box;
+    box.add(glm::vec3(1e6f, -3.0f, 7.0f));
+    box.add(glm::vec3(2e6f, 3.0f, 9.0f));
+    const glm::dmat4 place = glm::scale(glm::translate(glm::dmat4(1.0), {1e7, 0, 0}), {-2.0, 3.0, 0.1});
+    const ObjectFrustum frustum(tileFrustum(view, {0, 0, 1, 1}, 0.0), place);
+    EXPECT_EQ(frustum.classify(box), Overlap::Inside);
+}
+
 TEST(Culling, AnEmptyBoxIsOutside) {
     const ObjectFrustum frustum(tileFrustum(viewOf({64, 64}), {0, 0, 64, 64}, 0.0), glm::dmat4(1.0));
     EXPECT_EQ(frustum.classify(Box{}), Overlap::Outside);

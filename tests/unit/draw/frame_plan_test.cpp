@@ -79,6 +79,21 @@ TEST_F(FramePlanTest, LayersAreDrawnWhenAskedFor) {
     EXPECT_EQ(count(plan(), PassKind::Layers), 3u);  // depth; lights 0..15; lights 16, 17
 }
 
+TEST_F(FramePlanTest, AnUnwrappedViewHasMapsAndLayersAlone) {
+    demand.surfaces[bit(Feature::MetallicRoughness)] = 3;
+    demand.background = BackgroundKind::Colour;
+    demand.foregrounds = 1;
+    demand.lights = 1;
+    demand.shadows.push_back({.light = "sun", .demand = {.module = "standard", .mapTexels = 512}, .casters = 3});
+    views.layers = static_cast<std::uint32_t>(Layer::Ids) | static_cast<std::uint32_t>(Layer::LightFactors);
+    demand.unwrapped = true;
+    const FramePlan unwrapped = plan();
+    EXPECT_EQ(count(unwrapped, PassKind::ShadowMap), 1u);
+    EXPECT_EQ(count(unwrapped, PassKind::Layers), 2u);
+    EXPECT_EQ(unwrapped.passes.size(), 3u);
+    EXPECT_TRUE(unwrapped.variants.empty());
+}
+
 TEST_F(FramePlanTest, ExactTilesRefuseAWallBeyondTheDriver) {
     views.tiles = TileMode::Exact;
     views.wall = {kLimit + 1, 100};

@@ -303,6 +303,28 @@ TEST(Views, NumbersThatAreNotFiniteAreRefused) {
     EXPECT_FALSE(decodeViews(encodeViews(views)));
 }
 
+TEST(Views, TheKindOfAViewComesBackAndOthersAreRefused) {
+    WallViews views = sampleViews();
+    const Bytes plain = encodeViews(views);
+    std::vector<std::size_t> differing;
+    for (const int kind : {1, 2}) {
+        views.views[0].orthographic = kind == 1;
+        views.views[0].unwrapped = kind == 2;
+        Bytes bytes = encodeViews(views);
+        const auto back = decodeViews(bytes);
+        ASSERT_TRUE(back) << back.error().message;
+        EXPECT_EQ(back->views[0].orthographic, kind == 1);
+        EXPECT_EQ(back->views[0].unwrapped, kind == 2);
+        ASSERT_EQ(bytes.size(), plain.size());
+        for (std::size_t i = 0; i < bytes.size(); ++i)
+            if (bytes[i] != plain[i]) differing.push_back(i);
+        ASSERT_EQ(differing.size(), static_cast<std::size_t>(kind));
+        bytes[differing.back()] = std::byte{3};
+        EXPECT_FALSE(decodeViews(bytes));
+    }
+    EXPECT_EQ(differing[0], differing[1]);
+}
+
 TEST(Views, RegionsOffTheWallAreRefused) {
     WallViews views = sampleViews();
     views.views[0].region.width = 1271;
