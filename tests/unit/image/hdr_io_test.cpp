@@ -113,7 +113,7 @@ TEST(HdrIo, SamePictureGivesTheSameBytesAndRunsAreShort) {
 
 // Programs of Radiance multiply pixels and say so in the header: radiance is what was there before. EXPOSURE lines add up.
 TEST(HdrIo, WhatTheHeaderSaysOfTheExposureIsTakenBack) {
-    const test::TemporaryDirectory folder;
+    const test::TemporaryFolder folder;
     const auto read = [&](const std::string& lines) {
         std::ofstream(folder / "a.hdr", std::ios::binary)
             << "#?RADIANCE\n" + lines + "FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n" + "\x80\x40\x20\x81" + "EXPO";
