@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "server/draw/backdrop_painter.h"
 #include "server/draw/darkness_painter.h"
 #include "server/draw/draw_list.h"
 #include "server/draw/frame_plan.h"
 #include "server/draw/gpu_scene.h"
 #include "server/draw/shader_library.h"
 #include "server/draw/show_painter.h"
-#include "server/draw/text_font.h"
 #include "server/draw/tile_target.h"
 #include "server/draw/vertex_table.h"
 #include "server/shadow/shadow_maps.h"
@@ -74,6 +74,9 @@ class TilePainter {
     const Counts& counts() const { return _counts; }
 
  private:
+    // What is drawn exceeds what is shown by this: coordinates are rounded to 1/256 pixel, matrices to float.
+    static constexpr double kMarginPixels = 1.0;
+
     // Shadow maps, for all of the tile.
     Result<void> paintShadows(const Aspect& scene, const FramePlan& plan, std::span<ViewPainting> views,
                               const PixelRect& tile);
@@ -98,8 +101,6 @@ class TilePainter {
     // In place of the scene.
     Result<void> drawShow(const ViewPainting& painting);
     void bindBuffers(std::uint32_t view, const ViewPainting& painting);
-    Result<void> drawBackground(const Aspect& scene, ViewPainting& view);
-    Result<void> drawForegrounds(const Aspect& scene, ViewPainting& view);
     // Opaque or blended items into the colour image.
     Result<void> drawSurfaces(const Aspect& scene, ViewPainting& view, bool blended);
     Result<void> drawSurfaceEntries(const Aspect& scene, ViewPainting& view, std::size_t first, std::size_t end,
@@ -119,20 +120,19 @@ class TilePainter {
     void bindView(const ViewPainting& view);
     // The lights of an item, of the view that paintPart() is at.
     void bindLights(const gl::Program& program, const LightList::Run& run);
-    Result<const gl::Texture2D*> textOf(ContainerId id, const std::string& text);
 
     GpuScene& _gpuScene;
     ShaderLibrary& _shaders;
     TileTargets& _targets;
     DarknessPainter _darkness{_gpuScene, _shaders};
     ShowPainter _show{_shaders};
+    BackdropPainter _backdrop{_gpuScene, _shaders};
     glm::ivec2 _viewportLimit;
     Counts _counts;
     gl::VertexArray _noVertices;
     StreamBuffer _commands;
     StreamBuffer _frame;
     VertexTable _vertexTable;
-    std::map<ContainerId, std::pair<std::string, gl::Texture2D>> _texts;
 
  public:
     // The lights of a view as buffers; kept by view so that unchanged lights are not sent again.
