@@ -12,6 +12,12 @@ float placed(float value, std::int32_t origin, std::int32_t size) {
 
 }  // namespace
 
+void BackdropPainter::drawScreen() {
+    if (!_noVertices) _noVertices = gl::VertexArray::create();
+    _noVertices.bind();
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
 Result<void> BackdropPainter::drawBackground(const Aspect& scene, const ViewScene& view) {
     const ContainerId id = view.viewport->background.get().id;
     const ImageBackground* image = scene.findAs<ImageBackground>(id);
@@ -46,11 +52,9 @@ Result<void> BackdropPainter::drawBackground(const Aspect& scene, const ViewScen
     }
     (*program)->set(0, bottom);
     (*program)->set(1, top);
-    if (!_noVertices) _noVertices = gl::VertexArray::create();
-    _noVertices.bind();
     glDisable(GL_DEPTH_TEST);
     glDisable(GL_CULL_FACE);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    drawScreen();
     return {};
 }
 
@@ -104,8 +108,7 @@ Result<void> BackdropPainter::drawForegrounds(const Aspect& scene, const ViewSce
         (*program)->set(1, tint);
         texture->bind(0);
         _gpuScene.textures().plainSampler().bind(0);
-        _noVertices.bind();
-        glDrawArrays(GL_TRIANGLES, 0, 3);
+        drawScreen();
     }
     glDisable(GL_BLEND);
     return {};

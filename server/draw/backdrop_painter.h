@@ -22,6 +22,8 @@ class BackdropPainter {
     Result<void> drawForegrounds(const Aspect& scene, const ViewScene& view);
 
  private:
+    // A triangle over all of the viewport.
+    void drawScreen();
     Result<const gl::Texture2D*> textOf(ContainerId id, const std::string& text);
 
     GpuScene& _gpuScene;

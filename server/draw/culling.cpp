@@ -105,6 +105,15 @@ Overlap ObjectFrustum::classify(const Box& box) const {
     return inside ? Overlap::Inside : Overlap::Partial;
 }
 
+bool ObjectFrustum::isBeyondNear(const Box& box) const {
+    if (box.empty()) return false;
+    const Plane& plane = planes[4];
+    double nearest = plane.w;
+    for (int axis = 0; axis < 3; ++axis)
+        nearest += std::min(plane[axis] * double{box.minimum[axis]}, plane[axis] * double{box.maximum[axis]});
+    return nearest >= 0.0;
+}
+
 void clipPolygon(std::vector<glm::dvec3>& polygon, const Plane& plane) {
     std::vector<glm::dvec3> result;
     result.reserve(polygon.size() + 1);

@@ -59,6 +59,8 @@ struct ObjectFrustum {
     ObjectFrustum(const Frustum& frustum, const glm::dmat4& relativeFromObject);
     // Conservative: a box near a corner of the frustum may count as Partial although it is outside.
     Overlap classify(const Box& box) const;
+    // Whether all of it lies behind the near plane, which then cuts nothing off; false of an empty box.
+    bool isBeyondNear(const Box& box) const;
 
     std::array<Plane, 6> planes;
 };

@@ -1,12 +1,14 @@
 #include "server/draw/draw_list.h"
 
+#include "server/shadow/map_module.h"
+
 namespace umbriel {
 
-void DrawList::addCluster(std::uint32_t item, const Cluster& cluster, std::uint32_t index) {
+void DrawList::addCluster(std::uint32_t item, const Cluster& cluster, std::uint32_t index, bool isSolid) {
     triangles += cluster.triangles;
     if (entries.empty() || entries.back().item != item)
-        entries.push_back({item, static_cast<std::uint32_t>(commands.size()), 0});
-    if (entries.back().count > 0) {
+        entries.push_back({item, static_cast<std::uint32_t>(commands.size()), 0, 0});
+    if (entries.back().count > 0 && isSolid == (entries.back().solid == entries.back().count)) {
         Command& last = commands.back();
         if (last.firstIndex + last.count == cluster.firstTriangle * 3) {
             last.count += cluster.triangles * 3;
@@ -15,12 +17,37 @@ void DrawList::addCluster(std::uint32_t item, const Cluster& cluster, std::uint3
     }
     commands.push_back({cluster.triangles * 3, 1, cluster.firstTriangle * 3, 0, index});
     ++entries.back().count;
+    if (isSolid) ++entries.back().solid;
 }
 
 namespace {
 
-// Calls group(item, group) for every group of clusters that lies in the frustum, and cluster(item, cluster, overlap)
-// for every cluster of the others that meets it.
+// Adds clusters item by item, those that hide their own backs first: they also hide what lies behind them.
+class SolidsFirst {
+ public:
+    explicit SolidsFirst(DrawList& list) : _list(list) {}
+    ~SolidsFirst() { flush(); }
+    void add(std::uint32_t item, const Cluster& cluster, std::uint32_t index, bool isSolid) {
+        if (item != _item) flush();
+        _item = item;
+        if (isSolid)
+            _list.addCluster(item, cluster, index, true);
+        else
+            _others.emplace_back(&cluster, index);
+    }
+
+ private:
+    void flush() {
+        for (const auto& [cluster, index] : _others) _list.addCluster(_item, *cluster, index);
+        _others.clear();
+    }
+    DrawList& _list;
+    std::uint32_t _item = 0;
+    std::vector<std::pair<const Cluster*, std::uint32_t>> _others;
+};
+
+// Calls group(item, group, frustum) for every group of clusters that lies in the frustum, and cluster(item, cluster,
+// frustum, overlap) for every cluster of the others that meets it; the frustum is the item's.
 template <class Group, class OneCluster>
 void visitVisible(const ViewScene& scene, const Frustum& frustum, Group&& group, OneCluster&& cluster) {
     for (std::uint32_t i = 0; i < scene.items.size(); ++i) {
@@ -30,11 +57,11 @@ void visitVisible(const ViewScene& scene, const Frustum& frustum, Group&& group,
         if (whole == Overlap::Outside) continue;
         for (const ClusterGroup& one : item.geometry->groups()) {
             const Overlap part = whole == Overlap::Inside ? whole : objectFrustum.classify(one.box);
-            if (part == Overlap::Inside) group(i, one);
+            if (part == Overlap::Inside) group(i, one, objectFrustum);
             if (part != Overlap::Partial) continue;
             for (std::uint32_t c = one.firstCluster; c < one.firstCluster + one.clusters; ++c) {
                 const Overlap overlap = objectFrustum.classify(item.geometry->clusters()[c].box);
-                if (overlap != Overlap::Outside) cluster(i, c, overlap);
+                if (overlap != Overlap::Outside) cluster(i, c, objectFrustum, overlap);
             }
         }
     }
@@ -44,16 +71,29 @@ void visitVisible(const ViewScene& scene, const Frustum& frustum, Group&& group,
 
 DrawList listVisible(const ViewScene& scene, const Frustum& frustum) {
     DrawList list;
-    const auto add = [&](std::uint32_t item, std::uint32_t cluster) {
-        list.addCluster(item, scene.items[item].geometry->clusters()[cluster], cluster);
-        if (item < scene.opaqueItems) list.opaqueEntries = list.entries.size();
-    };
-    visitVisible(
-        scene, frustum,
-        [&](std::uint32_t item, const ClusterGroup& group) {
-            for (std::uint32_t c = 0; c < group.clusters; ++c) add(item, group.firstCluster + c);
-        },
-        [&](std::uint32_t item, std::uint32_t cluster, Overlap) { add(item, cluster); });
+    {
+        SolidsFirst adder(list);
+        // What the near plane cuts open shows its backs. The plane is the view's, so all tiles draw the same.
+        visitVisible(
+            scene, frustum,
+            [&](std::uint32_t item, const ClusterGroup& group, const ObjectFrustum& itemFrustum) {
+                const SurfaceItem& surface = scene.items[item];
+                const bool allBeyond = surface.hidesBacks && itemFrustum.isBeyondNear(group.solids);
+                for (std::uint32_t c = group.firstCluster; c < group.firstCluster + group.clusters; ++c) {
+                    const Cluster& cluster = surface.geometry->clusters()[c];
+                    const bool isSolid = allBeyond ? !cluster.solids.empty()
+                                                   : surface.hidesBacks && itemFrustum.isBeyondNear(cluster.solids);
+                    adder.add(item, cluster, c, isSolid);
+                }
+            },
+            [&](std::uint32_t item, std::uint32_t c, const ObjectFrustum& itemFrustum, Overlap) {
+                const SurfaceItem& surface = scene.items[item];
+                const Cluster& cluster = surface.geometry->clusters()[c];
+                adder.add(item, cluster, c, surface.hidesBacks && itemFrustum.isBeyondNear(cluster.solids));
+            });
+    }
+    while (list.opaqueEntries < list.entries.size() && list.entries[list.opaqueEntries].item < scene.opaqueItems)
+        ++list.opaqueEntries;
     return list;
 }
 
@@ -66,27 +106,34 @@ void markReceivers(const ViewScene& scene, const Frustum& frustum, std::span<Cas
     };
     visitVisible(
         scene, frustum,
-        [&](std::uint32_t item, const ClusterGroup& group) { mark(scene.items[item], group.box, true); },
-        [&](std::uint32_t item, std::uint32_t cluster, Overlap overlap) {
+        [&](std::uint32_t item, const ClusterGroup& group, const ObjectFrustum&) {
+            mark(scene.items[item], group.box, true);
+        },
+        [&](std::uint32_t item, std::uint32_t cluster, const ObjectFrustum&, Overlap overlap) {
             const SurfaceItem& surface = scene.items[item];
             mark(surface, surface.geometry->clusters()[cluster].box, overlap == Overlap::Inside);
         });
 }
 
-DrawList listCasters(const ViewScene& scene, const CasterMask& mask, ShadowCasters casters) {
+DrawList listCasters(const ViewScene& scene, const CasterMask& mask, const ShadowFit& fit) {
     DrawList list;
     if (mask.empty()) return list;
+    // A parallel light stands outside of everything, and no near plane cuts what it shines on.
+    const bool isOutside = !fit.perspective && fit.shape == ShadowShape::Single;
+    list.isMirrored = isOutside && isMapMirrored(fit);
     for (std::uint32_t i = 0; i < scene.items.size(); ++i) {
         const SurfaceItem& item = scene.items[i];
-        if (!item.castsShadow || !item.isAmong(casters)) continue;
+        if (!item.castsShadow || !item.isAmong(fit.casters)) continue;
         if (!mask.casts(item.geometry->box(), item.relativeFromObject)) continue;
+        const bool hidesBacks = isOutside && item.casterFeatures == 0;
+        SolidsFirst adder(list);
         const std::span<const Cluster> clusters = item.geometry->clusters();
         const std::span<const ClusterGroup> groups = item.geometry->groups();
         for (const ClusterGroup& group : groups) {
             if (groups.size() > 1 && !mask.casts(group.box, item.relativeFromObject)) continue;
             for (std::uint32_t c = group.firstCluster; c < group.firstCluster + group.clusters; ++c)
                 if (clusters.size() == 1 || mask.casts(clusters[c].box, item.relativeFromObject))
-                    list.addCluster(i, clusters[c], c);
+                    adder.add(i, clusters[c], c, hidesBacks && !clusters[c].solids.empty());
         }
     }
     list.opaqueEntries = list.entries.size();

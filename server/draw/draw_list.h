@@ -24,20 +24,23 @@ struct DrawList {
         std::uint32_t item = 0;   // in ViewScene::items
         std::uint32_t first = 0;  // command
         std::uint32_t count = 0;
+        std::uint32_t solid = 0;  // the first so many commands hide their own backs, which are not drawn
     };
     std::vector<Command> commands;
     std::vector<Entry> entries;
     std::uint64_t triangles = 0;
     std::size_t opaqueEntries = 0;  // entries of opaque items come first
+    bool isMirrored = false;        // what they are drawn with turns windings round
 
-    void addCluster(std::uint32_t item, const Cluster& cluster, std::uint32_t index);
+    // isSolid: it hides its own backs; of an item's clusters these come first.
+    void addCluster(std::uint32_t item, const Cluster& cluster, std::uint32_t index, bool isSolid = false);
 };
 
 // What can be seen through the frustum.
 DrawList listVisible(const ViewScene& scene, const Frustum& frustum);
 // Tells the masks (of the view's shadows, by index) which surfaces can be seen through the frustum.
 void markReceivers(const ViewScene& scene, const Frustum& frustum, std::span<CasterMask> masks);
-// What of these casters can darken something visible through that mask, in the light of that shadow.
-DrawList listCasters(const ViewScene& scene, const CasterMask& mask, ShadowCasters casters);
+// What of the fit's casters can darken something visible through its mask.
+DrawList listCasters(const ViewScene& scene, const CasterMask& mask, const ShadowFit& fit);
 
 }  // namespace umbriel

@@ -80,10 +80,14 @@ Result<void> GpuGeometry::build(const Geometry& geometry) {
     _attributes = 0;
     _vertexArray = gl::VertexArray::create();
 
-    const TriangleOrder order = orderTriangles(geometry.indices.toVector(), positions, !_needs.keepOrder);
+    TriangleOrder order = orderTriangles(geometry.indices.toVector(), positions, !_needs.keepOrder);
+    // Where the order of triangles is visible, so are back faces.
+    SolidParts solids = _needs.keepOrder ? SolidParts() : solidPartsOf(order.indices, positions);
+    moveSolidsFirst(order, solids);
     _triangles = positions.empty() ? 0 : static_cast<std::uint32_t>(order.indices.size() / 3);
     _primitives = order.primitives;
     _clusters = clustersOf(order.indices, positions);
+    markSolids(_clusters, solids);
     updateBounds();
     if (_triangles == 0) return {};
 
@@ -289,6 +293,7 @@ Result<void> GpuGeometry::update(const Geometry& geometry, std::span<const Multi
 
 void GpuGeometry::updateTriangles(const Geometry& geometry, const IndexRanges& vertices) {
     _casterShape.reset();
+    forgetSolids();
     std::vector<std::uint32_t> touched;
     if (vertices.elementCount() * 4 > _vertices) {
         touched.resize(_triangles);
@@ -341,6 +346,10 @@ void GpuGeometry::updateTriangles(const Geometry& geometry, const IndexRanges& v
     }
 }
 
+void GpuGeometry::forgetSolids() {
+    for (Cluster& cluster : _clusters) cluster.solids = {};
+}
+
 void GpuGeometry::updateBounds() {
     _box = {};
     _groups = groupsOf(_clusters);
@@ -364,6 +373,7 @@ std::shared_ptr<const CasterShape> GpuGeometry::casterShape() {
 
 void GpuGeometry::setClusterBoxes(std::span<const Box> boxes) {
     _casterShape.reset();
+    forgetSolids();
     for (std::size_t i = 0; i < std::min(boxes.size(), _clusters.size()); ++i) _clusters[i].box = boxes[i];
     updateBounds();
 }

@@ -98,6 +98,8 @@ class GpuGeometry {
     Result<gl::Buffer> bufferOf(const MultiStorage& storage, bool dynamic, std::vector<float>* kept = nullptr);
     void attach(VertexLocation location, const gl::Buffer& buffer, GLint components);
     void updateTriangles(const Geometry& geometry, const IndexRanges& vertices);
+    // Of moved vertices nobody knows what they enclose.
+    void forgetSolids();
     void updateBounds();
 
     Needs _needs;

@@ -94,6 +94,7 @@ void GpuMaterials::fill(const Aspect& scene, const GpuTextures& images, Containe
                       source->normalScale.get(), source->occlusionStrength.get());
         block.emission = glm::vec4(source->emission.get(), source->alphaCutoff.get());
         block.specular = glm::vec4(source->specular.get(), source->shininess.get());
+        if (hasClassicHighlight(model) && source->specular.get() == glm::vec3(0.0f)) material.features |= bit(Feature::Matt);
         block.ambient = glm::vec4(source->ambient.get(), source->ambientShare.get());
         material.wantsTangents = fillLobes(*source, block.lobes);
         const Ref<Texture> textures[kMaterialTextures] = {source->baseColourTexture, source->metallicRoughnessTexture,

@@ -42,6 +42,25 @@ TriangleOrder orderTriangles(std::span<const std::uint32_t> indices, std::span<c
     return moved;
 }
 
+void moveSolidsFirst(TriangleOrder& order, SolidParts& parts) {
+    const std::size_t triangles = order.indices.size() / 3;
+    if (parts.boxes.empty() || order.primitives.size() != triangles) return;
+    TriangleOrder moved;
+    moved.indices.reserve(order.indices.size());
+    moved.primitives.reserve(triangles);
+    std::vector<std::uint32_t> partOfMoved;
+    partOfMoved.reserve(triangles);
+    for (const bool solid : {true, false})
+        for (std::size_t i = 0; i < triangles; ++i) {
+            if ((parts.partOfTriangle[i] != SolidParts::kNone) != solid) continue;
+            moved.primitives.push_back(order.primitives[i]);
+            partOfMoved.push_back(parts.partOfTriangle[i]);
+            for (std::size_t k = 0; k < 3; ++k) moved.indices.push_back(order.indices[3 * i + k]);
+        }
+    order = std::move(moved);
+    parts.partOfTriangle = std::move(partOfMoved);
+}
+
 std::vector<Cluster> clustersOf(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions) {
     std::vector<Cluster> clusters;
     const std::size_t triangles = indices.size() / 3;
@@ -58,6 +77,20 @@ std::vector<Cluster> clustersOf(std::span<const std::uint32_t> indices, std::spa
     return clusters;
 }
 
+void markSolids(std::span<Cluster> clusters, const SolidParts& parts) {
+    if (parts.boxes.empty()) return;
+    for (Cluster& cluster : clusters) {
+        Box solids;
+        bool isSolid = true;
+        for (std::size_t i = cluster.firstTriangle; i < cluster.firstTriangle + cluster.triangles && isSolid; ++i) {
+            const std::uint32_t part = parts.partOfTriangle[i];
+            isSolid = part != SolidParts::kNone;
+            if (isSolid) solids.add(parts.boxes[part]);
+        }
+        if (isSolid) cluster.solids = solids;
+    }
+}
+
 std::vector<ClusterGroup> groupsOf(std::span<const Cluster> clusters) {
     std::vector<ClusterGroup> groups;
     groups.reserve((clusters.size() + kGroupClusters - 1) / kGroupClusters);
@@ -65,7 +98,10 @@ std::vector<ClusterGroup> groupsOf(std::span<const Cluster> clusters) {
         ClusterGroup group;
         group.firstCluster = static_cast<std::uint32_t>(first);
         group.clusters = static_cast<std::uint32_t>(std::min(kGroupClusters, clusters.size() - first));
-        for (std::size_t i = 0; i < group.clusters; ++i) group.box.add(clusters[first + i].box);
+        for (std::size_t i = 0; i < group.clusters; ++i) {
+            group.box.add(clusters[first + i].box);
+            group.solids.add(clusters[first + i].solids);
+        }
         groups.push_back(group);
     }
     return groups;

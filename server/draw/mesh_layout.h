@@ -7,6 +7,7 @@
 #include "common/math/glm.h"
 #include "common/scene/nodes.h"
 #include "server/draw/culling.h"
+#include "server/draw/solid_parts.h"
 
 namespace umbriel {
 
@@ -18,7 +19,8 @@ inline constexpr std::size_t kSortFromTriangles = 512;
 
 // Consecutive triangles that are culled together.
 struct Cluster {
-    Box box;  // object space
+    Box box;     // object space
+    Box solids;  // where all its triangles are of solid parts: of these parts; else empty
     std::uint32_t firstTriangle = 0;
     std::uint32_t triangles = 0;
 };
@@ -26,7 +28,8 @@ struct Cluster {
 // Consecutive clusters that are culled together first.
 inline constexpr std::size_t kGroupClusters = 16;
 struct ClusterGroup {
-    Box box;  // object space
+    Box box;     // object space
+    Box solids;  // of its clusters'
     std::uint32_t firstCluster = 0;
     std::uint32_t clusters = 0;
 };
@@ -43,8 +46,13 @@ void sanitise(std::span<float> values);
 // A triangle whose indices lie outside of vertexCount becomes a point, so that numbering stays. Sorted: along a space-
 // filling curve through the centres, so that consecutive triangles are neighbours; deterministic.
 TriangleOrder orderTriangles(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions, bool sorted);
+// Moves the triangles of solid parts before the others, unless the order must stay; each of both keep theirs. parts: of
+// order.indices, before and after.
+void moveSolidsFirst(TriangleOrder& order, SolidParts& parts);
 
 std::vector<Cluster> clustersOf(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions);
+// Finds the clusters that are all of solid parts.
+void markSolids(std::span<Cluster> clusters, const SolidParts& parts);
 
 std::vector<ClusterGroup> groupsOf(std::span<const Cluster> clusters);
 

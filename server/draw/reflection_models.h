@@ -57,6 +57,11 @@ constexpr FeatureSet featureOf(ReflectionModel model) {
         if (module.model == model) return bit(module.feature);
     return 0;
 }
+// Whether a model's highlight is its specular colour times a finite number, as in snippet/classic_material.glsl.
+constexpr bool hasClassicHighlight(ReflectionModel model) {
+    return model == ReflectionModel::BlinnPhong || model == ReflectionModel::Phong ||
+           model == ReflectionModel::PhongGated || model == ReflectionModel::Schlick;
+}
 // Whether a model looks at a texture.
 constexpr bool readsTexture(ReflectionModel model, Feature texture) {
     if (texture == Feature::BaseColourTexture) return true;

@@ -129,9 +129,18 @@ Result<void> TilePainter::drawEntries(const ViewPainting& painting, const DrawLi
         const auto primitive = prepare(item);
         if (!primitive) return primitive.error();
         item.geometry->vertexArray().bind();
-        glMultiDrawElementsIndirect(*primitive, GL_UNSIGNED_INT,
-                                    reinterpret_cast<const void*>(entry.first * sizeof(DrawList::Command)),
-                                    static_cast<GLsizei>(entry.count), 0);
+        const auto draw = [&](std::uint32_t command, std::uint32_t count) {
+            glMultiDrawElementsIndirect(*primitive, GL_UNSIGNED_INT,
+                                        reinterpret_cast<const void*>(command * sizeof(DrawList::Command)),
+                                        static_cast<GLsizei>(count), 0);
+        };
+        if (entry.solid > 0) {
+            glEnable(GL_CULL_FACE);
+            glFrontFace(item.isMirrored != list.isMirrored ? GL_CW : GL_CCW);
+            draw(entry.first, entry.solid);
+            glDisable(GL_CULL_FACE);
+        }
+        if (entry.solid < entry.count) draw(entry.first + entry.solid, entry.count - entry.solid);
         for (std::uint32_t c = entry.first; c < entry.first + entry.count; ++c)
             _counts.triangles += list.commands[c].count / 3;
     }

@@ -123,7 +123,7 @@ Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& paint
         const DrawList& _list;
     };
     const ShadowFit& fit = *painting.scene.lights.fits[shadow];
-    const DrawList list = listCasters(painting.scene, mask, fit.casters);
+    const DrawList list = listCasters(painting.scene, mask, fit);
     Painter painter(*this, scene, painting, list);
     layer.mask.reset();
     auto drawn = shadowModule(fit.mode)->draw(fit, painting.shadowMaps->maps, mapLayer, mask.texels(), painter);
@@ -180,7 +180,7 @@ Result<void> TilePainter::drawDarknessOf(const Aspect& scene, ViewPainting& pain
     DrawList alone;
     const auto first = all.commands.begin() + entry.first;
     alone.commands.assign(first, first + entry.count);
-    alone.entries.push_back({entry.item, 0, entry.count});
+    alone.entries.push_back({entry.item, 0, entry.count, entry.solid});
     alone.opaqueEntries = 1;
     const PixelRect area = intersect(
         pixelsOf(*painting.scene.view, item.geometry->box(), item.relativeFromObject, kMarginPixels), painting.area);

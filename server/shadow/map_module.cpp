@@ -38,6 +38,13 @@ bool isWarped(const ShadowFit& fit) {
     return std::abs(across.x) + std::abs(across.y) > 1e-12 * unwarped;
 }
 
+bool isMapMirrored(const ShadowFit& fit) {
+    // Around the middle of the map, where clip x and y are 0 and w is positive.
+    const glm::dvec4 x = fit.clipFromWorld * glm::dvec4(fit.worldFromLight[0], 0.0);
+    const glm::dvec4 y = fit.clipFromWorld * glm::dvec4(fit.worldFromLight[1], 0.0);
+    return x.x * y.y - x.y * y.x < 0.0;
+}
+
 double lookupReach(const ShadowFit& fit) {
     // The nearest texel's centre is half a texel away; 0.1 covers rounding.
     constexpr double kTexelReach = 0.6;

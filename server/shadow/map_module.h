@@ -36,5 +36,7 @@ double lookupReach(const ShadowFit& fit);
 
 // True when texels vary over the map.
 bool isWarped(const ShadowFit& fit);
+// Of a parallel light: whether what is wound counter-clockwise seen from the light is wound clockwise on the map.
+bool isMapMirrored(const ShadowFit& fit);
 
 }  // namespace umbriel

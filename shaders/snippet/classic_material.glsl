@@ -13,9 +13,13 @@ ClassicMaterial classicMaterial(vec3 diffuse) {
     return classic;
 }
 
-// (n.l) d_P + highlight s_P, 1/sr.
+// (n.l) d_P + highlight s_P, 1/sr. Of matt materials s_P is 0: compilers then see that nobody needs the highlight.
 vec3 classicSum(ClassicMaterial classic, vec3 normal, vec3 toLight, float highlight) {
+#ifdef FEATURE_MATT
+    return diffuseReflect(classic.diffuse, vec3(1.0), normal, toLight) * kInversePi;
+#else
     return (diffuseReflect(classic.diffuse, vec3(1.0), normal, toLight) + classic.specular * highlight) * kInversePi;
+#endif
 }
 
 vec3 classicAmbient(ClassicMaterial classic, vec3 radiance, float occlusion) {
