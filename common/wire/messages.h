@@ -28,7 +28,8 @@ inline constexpr std::size_t kChunkBytes = 256 * 1024;
 inline constexpr std::size_t kMaxChangeBytes = std::size_t{512} << 20;
 // Change bytes up to this size travel inside the frame message.
 inline constexpr std::size_t kMaxInlineChangeBytes = 64 * 1024;
-inline constexpr std::size_t kMaxViewBytes = 512 * 1024;
+// Two eyes that see 256 lights with six shadow maps each need 1.1 MB.
+inline constexpr std::size_t kMaxViewBytes = 1536 * 1024;
 inline constexpr std::uint64_t kMaxBlobBytes = std::uint64_t{4} << 30;
 
 enum class MessageType : std::uint8_t {

@@ -5,8 +5,6 @@
 namespace umbriel::wire {
 namespace {
 
-constexpr std::size_t kMaxViews = 64;
-constexpr std::size_t kMaxFits = 1024;
 constexpr std::int32_t kMaxPixels = 1 << 24;
 constexpr std::uint32_t kAllLayers = static_cast<std::uint32_t>(Layer::LightFactors) * 2 - 1;
 // The smallest encodings, for refusing counts before anything is reserved.

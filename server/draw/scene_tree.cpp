@@ -50,6 +50,7 @@ void SceneTree::rebuild(const Aspect& scene, ContainerId root) {
     _entryOf.clear();
     _usersOfTransform.clear();
     _warnings.clear();
+    std::size_t lightsLeftOut = 0;
     std::map<std::vector<std::uint32_t>, std::uint32_t> setNumbers{{{}, 0u}};
     std::vector<Visit> stack;
 
@@ -103,8 +104,7 @@ void SceneTree::rebuild(const Aspect& scene, ContainerId root) {
                     if (isNew) _lightSets.push_back(std::move(set));
                     visit.lightSet = found->second;
                 } else {
-                    _warnings.push_back("light " + std::to_string(id.value) + " is left out: a scene has at most " +
-                                        std::to_string(kMaxLights));
+                    ++lightsLeftOut;
                 }
             }
         }
@@ -135,6 +135,10 @@ void SceneTree::rebuild(const Aspect& scene, ContainerId root) {
         // A child that does not exist keeps its place in the ranges.
         if (level != SIZE_MAX) _levels[level].children.push_back(_entries.size() > before ? before : UINT32_MAX);
     }
+    if (lightsLeftOut > 0)
+        _warnings.push_back("of " + std::to_string(kMaxLights + lightsLeftOut) + " lights the last " +
+                            std::to_string(lightsLeftOut) + " are left out: a scene has at most " +
+                            std::to_string(kMaxLights));
 }
 
 void SceneTree::moved(const Aspect& scene, std::span<const ContainerId> transforms) {

@@ -69,6 +69,18 @@ TEST_F(SceneTreeTest, LightsReachWhatIsBelowThem) {
     EXPECT_TRUE(lights(2).empty());
 }
 
+// A scene of a thousand lights says so once, not once a light.
+TEST_F(SceneTreeTest, LightsBeyondTheMostAreCountedInOneWarning) {
+    for (std::size_t i = 0; i < kMaxLights; ++i) node(root, scene->create<PointLight>());
+    tree.rebuild(*scene, root);
+    EXPECT_TRUE(tree.warnings().empty());
+    for (int i = 0; i < 3; ++i) node(root, scene->create<SpotLight>());
+    tree.rebuild(*scene, root);
+    EXPECT_EQ(tree.lights().size(), kMaxLights);
+    ASSERT_EQ(tree.warnings().size(), 1u);
+    EXPECT_EQ(tree.warnings()[0], "of 259 lights the last 3 are left out: a scene has at most 256");
+}
+
 TEST_F(SceneTreeTest, TheInnermostMaterialGroupWinsOverTheGeometrysOwn) {
     const auto own = scene->create<Material>(), outer = scene->create<Material>(), inner = scene->create<Material>();
     const auto group = [&](Ref<Node> parent, Ref<Material> material) {

@@ -294,6 +294,21 @@ TEST(Views, EqualViewsHaveEqualBytesAndComeBack) {
         EXPECT_FALSE(decodeViews(std::span(bytes).first(size))) << "cut to " << size;
 }
 
+// As many lights as servers shade with, each with the six maps of a cube, seen by two eyes.
+TEST(Views, ShadowMapsOfAllLightsOfAStereoPairTravel) {
+    WallViews views = sampleViews();
+    views.views.resize(1);
+    views.views[0].fits.resize(6 * 256, views.views[0].fits.at(0));
+    views.views.push_back(views.views[0]);
+    const Bytes bytes = encodeViews(views);
+    EXPECT_LE(bytes.size(), kMaxViewBytes);
+    const auto back = decodeViews(bytes);
+    ASSERT_TRUE(back) << back.error().message;
+    EXPECT_EQ(encodeViews(*back), bytes);
+    views.views[1].fits.push_back(views.views[0].fits[0]);
+    EXPECT_FALSE(decodeViews(encodeViews(views)));
+}
+
 TEST(Views, NumbersThatAreNotFiniteAreRefused) {
     WallViews views = sampleViews();
     views.views[0].eyeWorld.x = std::numeric_limits<double>::infinity();
