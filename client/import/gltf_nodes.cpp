@@ -231,10 +231,15 @@ std::vector<Ref<Container>> GltfNodes::cameras() {
     // In the order of the file's cameras; one that several nodes use is several cameras, one that none uses is none.
     std::stable_sort(_cameraNodes.begin(), _cameraNodes.end());
     std::vector<Ref<Container>> made;
+    std::map<std::string, int> uses;
     for (const auto& [index, node] : _cameraNodes) {
         const tinygltf::Camera& source = _context.model().cameras[static_cast<std::size_t>(index)];
         const std::string where = gltfPlace("cameras", static_cast<std::size_t>(index));
-        const std::string name = source.name.empty() ? "camera " + std::to_string(made.size()) : source.name;
+        std::string name = source.name;
+        if (name.empty()) name = _context.model().nodes[static_cast<std::size_t>(node)].name;
+        if (name.empty()) name = "camera " + std::to_string(made.size());
+        // The format allows a name twice; whoever chooses a camera by its name has to reach both.
+        while (const int before = uses[name]++) name += " " + std::to_string(before + 1);
         if (source.type == "perspective") {
             const auto& lens = source.perspective;
             if (!(lens.yfov > 0.0 && lens.yfov < kPi))

@@ -123,6 +123,27 @@ TEST(GltfCameras, KeepTheOrderOfTheFileAndUnnamedOnesAreCounted) {
     EXPECT_EQ(loaded.scene->findAs<Transform>(beacon.core.get())->translation.get(), glm::dvec3(0, 0, 9));
 }
 
+// --camera finds them by name: an unnamed one has its node's, and none has that of another.
+TEST(GltfCameras, EveryOneHasANameOfItsOwn) {
+    GltfMaker maker = triangle();
+    for (const char* name : {"", "eye", "eye"}) {
+        json camera = {{"type", "perspective"}, {"perspective", {{"yfov", 0.7}, {"znear", 0.1}}}};
+        if (*name) camera["name"] = name;
+        maker.add("cameras", camera);
+    }
+    for (const auto& [camera, name] : {std::pair{0, "south"}, {0, ""}, {0, "south"}, {1, "a"}, {2, "b"}, {2, "c"}}) {
+        json node = {{"camera", camera}};
+        if (*name) node["name"] = name;
+        maker.document["scenes"][0]["nodes"].push_back(maker.add("nodes", node));
+    }
+    const Loaded loaded = load(maker);
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    std::vector<std::string> names;
+    for (const auto& camera : loaded.root().cameras)
+        names.push_back(loaded.scene->findAs<PerspectiveCamera>(camera)->name.get());
+    EXPECT_EQ(names, (std::vector<std::string>{"south", "camera 1", "south 2", "eye", "eye 2", "eye 3"}));
+}
+
 TEST(GltfLights, StandAboveTheWholeSceneAtTheirBeacons) {
     GltfMaker maker = triangle();
     maker.document["extensionsUsed"] = {"KHR_lights_punctual"};
