@@ -9,6 +9,7 @@
 #include <fstream>
 #include <locale>
 #include <map>
+#include <numeric>
 #include <nlohmann/json.hpp>
 #include <ostream>
 #include <sstream>
@@ -227,6 +228,28 @@ Result<void> takeTimesFromExif(const HdrOptions& options, std::vector<Photograph
     return {};
 }
 
+// Of a still scene more time makes no darker picture. Times in another order than the photographs would give a map all the
+// same: of the negative.
+Result<void> checkOrder(const HdrOptions& options, const std::vector<Photograph>& photographs) {
+    const auto bySeconds = [](const Photograph& a, const Photograph& b) {
+        return a.exposure.seconds < b.exposure.seconds;
+    };
+    const auto [shortest, longest] = std::minmax_element(photographs.begin(), photographs.end(), bySeconds);
+    const auto sumOf = [](const Photograph& one) {
+        return std::accumulate(one.exposure.codes.begin(), one.exposure.codes.end(), std::uint64_t{0});
+    };
+    if (photographs.size() < 2 || !(shortest->exposure.seconds < longest->exposure.seconds) ||
+        sumOf(*longest) >= sumOf(*shortest)) {
+        return {};
+    }
+    const auto nameOf = [&](auto one) {
+        return options.photographs[static_cast<std::size_t>(one - photographs.begin())].string();
+    };
+    return badInput(fmt::format("'{}' of {} s is darker than '{}' of {} s: are the times in the order of the photographs?",
+                                nameOf(longest), longest->exposure.seconds, nameOf(shortest),
+                                shortest->exposure.seconds));
+}
+
 Result<std::vector<Exposure>> readSeries(const HdrOptions& options, const Plan& plan) {
     std::vector<Photograph> photographs;
     std::uint64_t codes = 0;
@@ -255,6 +278,9 @@ Result<std::vector<Exposure>> readSeries(const HdrOptions& options, const Plan& 
         if (const Result<void> taken = takeTimesFromExif(options, photographs); !taken) {
             return taken.error();
         }
+    }
+    if (const Result<void> ordered = checkOrder(options, photographs); !ordered) {
+        return ordered.error();
     }
     std::vector<Exposure> exposures;
     for (Photograph& photograph : photographs) {

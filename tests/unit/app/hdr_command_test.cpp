@@ -162,6 +162,14 @@ TEST_F(HdrCommand, TimesComeFromThePhotographs) {
     expectRefusal("does not say its exposure time");
 }
 
+// Any times give some map; those in the reverse order that of the negative.
+TEST_F(HdrCommand, TimesInAnotherOrderThanThePhotographsAreRefused) {
+    options.outs = {folder / "a.exr"};
+    options.times = "8,4,2,1,1/2,0.25,1/8,1/16";
+    expectRefusal("p0.png' of 8 s is darker than '");
+    EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
+}
+
 TEST_F(HdrCommand, WrongUsageIsRefusedInWordsAndWritesNothing) {
     options.outs = {folder / "a.exr"};
     const HdrOptions good = options;
