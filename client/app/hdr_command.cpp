@@ -9,8 +9,8 @@
 #include <fstream>
 #include <locale>
 #include <map>
-#include <numeric>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <ostream>
 #include <sstream>
 #include <string_view>
@@ -228,8 +228,8 @@ Result<void> takeTimesFromExif(const HdrOptions& options, std::vector<Photograph
     return {};
 }
 
-// Of a still scene more time makes no darker picture. Times in another order than the photographs would give a map all the
-// same: of the negative.
+// Of a still scene more time makes no darker picture. Times in another order than the photographs would give a map all
+// the same: of the negative.
 Result<void> checkOrder(const HdrOptions& options, const std::vector<Photograph>& photographs) {
     const auto bySeconds = [](const Photograph& a, const Photograph& b) {
         return a.exposure.seconds < b.exposure.seconds;
@@ -245,9 +245,9 @@ Result<void> checkOrder(const HdrOptions& options, const std::vector<Photograph>
     const auto nameOf = [&](auto one) {
         return options.photographs[static_cast<std::size_t>(one - photographs.begin())].string();
     };
-    return badInput(fmt::format("'{}' of {} s is darker than '{}' of {} s: are the times in the order of the photographs?",
-                                nameOf(longest), longest->exposure.seconds, nameOf(shortest),
-                                shortest->exposure.seconds));
+    return badInput(
+        fmt::format("'{}' of {} s is darker than '{}' of {} s: are the times in the order of the photographs?",
+                    nameOf(longest), longest->exposure.seconds, nameOf(shortest), shortest->exposure.seconds));
 }
 
 Result<std::vector<Exposure>> readSeries(const HdrOptions& options, const Plan& plan) {

@@ -111,10 +111,11 @@ class ConnectedCluster final : public Cluster {
         std::size_t fits = 0;
         for (const View& view : views.views) fits = std::max(fits, view.fits.size());
         if (fits > wire::kMaxFits || outgoing.views.size() > wire::kMaxViewBytes)
-            return badInput(fmt::format(
-                "{} views with up to {} shadow maps each are more than a frame carries ({} maps a view, {} KiB in all): "
-                "take lights away, or their shadows with --shadow none",
-                views.views.size(), fits, wire::kMaxFits, wire::kMaxViewBytes >> 10));
+            return badInput(
+                fmt::format("{} views with up to {} shadow maps each are more than a frame carries ({} maps a view, {} "
+                            "KiB in all): "
+                            "take lights away, or their shadows with --shadow none",
+                            views.views.size(), fits, wire::kMaxFits, wire::kMaxViewBytes >> 10));
         const bool first = _frameNumber == 0;
         ChangeList changes = scene.commit();
         if (first) changes = scene.snapshot();  // what was committed before it had servers counts as well
