@@ -10,6 +10,16 @@
 
 namespace umbriel {
 
+// The modules that draw maps for each frame.
+inline constexpr ShadowMode kMapModes[] = {ShadowMode::Standard,
+                                           ShadowMode::Perspective,
+                                           ShadowMode::LightSpacePerspective,
+                                           ShadowMode::Trapezoid,
+                                           ShadowMode::PercentageCloser,
+                                           ShadowMode::PercentageCloserSoft,
+                                           ShadowMode::DualParaboloid,
+                                           ShadowMode::Cube};
+
 // Axis-aligned boxes on a floor, whose shadows are known: a ray meets a box or not.
 class ModuleTest : public DrawTest {
  protected:
