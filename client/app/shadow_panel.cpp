@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t kLines = 14;  // of fields; one more for what was typed
 constexpr float kLineHeight = 16.0f;
+constexpr float kLineStep = 20.0f;  // what hangs below a line stays clear of the next
 
 const FieldDescriptor& descriptorOf(const Viewport& viewport, std::string_view name) {
     const auto& fields = viewport.type().fields;
@@ -153,7 +154,7 @@ void ShadowPanel::show() {
         for (std::size_t i = 0; i <= kLines; ++i) {
             _lines.push_back(_scene.create<TextForeground>(fmt::format("panel {}", i)));
             _scene.edit(_lines.back())
-                .set<&TextForeground::lowerLeft>(glm::vec2(8.0f, 8.0f + kLineHeight * static_cast<float>(kLines - i)))
+                .set<&TextForeground::lowerLeft>(glm::vec2(8.0f, 8.0f + kLineStep * static_cast<float>(kLines - i)))
                 .set<&TextForeground::height>(kLineHeight);
             _scene.edit(_viewport).append<&Viewport::foregrounds>(Ref<Container>(_lines.back().id));
         }

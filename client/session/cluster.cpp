@@ -13,10 +13,12 @@
 
 #include "client/session/incident_log.h"
 #include "client/session/server_process.h"
+#include "client/session/state_difference.h"
 #include "common/base/log.h"
 #include "common/net/asio_pump.h"
 #include "common/protocol/cluster_client.h"
 #include "common/scene/digest.h"
+#include "common/wall/grid.h"
 #include "common/wire/change_codec.h"
 #include "common/wire/view_codec.h"
 
@@ -58,12 +60,10 @@ struct Dealt {
 };
 
 Dealt deal(const std::vector<TileAssignment>& tiles, std::size_t servers) {
-    Dealt dealt{{}, std::vector<std::vector<TileAssignment>>(servers)};
-    for (std::size_t i = 0; i < tiles.size(); ++i) {
-        const PixelRect& pixels = tiles[i].pixels;
-        dealt.wall.width = std::max(dealt.wall.width, pixels.x + pixels.width);
-        dealt.wall.height = std::max(dealt.wall.height, pixels.y + pixels.height);
-        dealt.tiles[i % servers].push_back(tiles[i]);
+    Dealt dealt{{}, dealTiles(tiles, servers)};
+    for (const TileAssignment& tile : tiles) {
+        dealt.wall.width = std::max(dealt.wall.width, tile.pixels.x + tile.pixels.width);
+        dealt.wall.height = std::max(dealt.wall.height, tile.pixels.y + tile.pixels.height);
     }
     return dealt;
 }
@@ -355,7 +355,7 @@ class ConnectedCluster final : public Cluster {
         for (protocol::ServerIncident& incident : incidents) {
             if (incident.kind == Kind::Compared && incident.difference) {
                 incident.text = fmt::format("the state of server '{}' differed{}", _names[incident.server],
-                                            textOf(*incident.difference, scene));
+                                            stateDifferenceText(*incident.difference, scene));
                 announced.differences.push_back(incident.text);
             }
             if (incident.kind == Kind::Rejoined) announced.rejoined.push_back(_names[incident.server]);
@@ -398,37 +398,7 @@ class ConnectedCluster final : public Cluster {
             comparison.answered(*page);
         }
         return failure(fmt::format("frame {}: the state of server '{}' differs{}", _frameNumber, _names[server],
-                                   textOf(*comparison.difference(), &scene)));
-    }
-
-    // What follows "the state of ... differs". scene: to name what is in it; may be null.
-    static std::string textOf(const protocol::DigestDifference& difference, const Aspect* scene) {
-        using Kind = protocol::DigestDifference::Kind;
-        const ContainerId id = difference.container;
-        const std::string container = scene ? nameOf(*scene, id) : fmt::format("#{}", id.value);
-        const Container* found = scene ? scene->find(id) : nullptr;
-        switch (difference.kind) {
-            case Kind::Field:
-                if (found && difference.field < found->type().fields.size())
-                    return fmt::format(" in container {}, field '{}'", container,
-                                       found->type().fields[difference.field].name);
-                return fmt::format(" in container {}, field {}", container, difference.field);
-            case Kind::Container:
-                return fmt::format(" in container {}", container);
-            case Kind::Missing:
-                return fmt::format(": it lacks container {}", container);
-            case Kind::Extra:
-                return fmt::format(": it has a container #{} that the client has not", id.value);
-            case Kind::None:
-                break;
-        }
-        return ", yet every container is equal: its digest is wrong";
-    }
-
-    static std::string nameOf(const Aspect& scene, ContainerId id) {
-        const Container* container = scene.find(id);
-        if (!container) return fmt::format("#{}", id.value);
-        return fmt::format("{} #{} '{}'", container->type().name, id.value, container->name.get());
+                                   stateDifferenceText(*comparison.difference(), &scene)));
     }
 
     Result<wire::DigestReply> digests(std::size_t server, wire::DigestQuery query) {

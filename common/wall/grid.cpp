@@ -45,12 +45,10 @@ Result<std::vector<TileAssignment>> gridTiles(PixelSize wall, std::int64_t colum
     return tiles;
 }
 
-std::vector<TileAssignment> tilesOfServer(const std::vector<TileAssignment>& tiles, std::size_t server,
-                                          std::size_t serverCount) {
-    UMBRIEL_ASSERT(server < serverCount, "server index out of range");
-    std::vector<TileAssignment> own;
-    for (std::size_t tile = server; tile < tiles.size(); tile += serverCount) own.push_back(tiles[tile]);
-    return own;
+std::vector<std::vector<TileAssignment>> dealTiles(const std::vector<TileAssignment>& tiles, std::size_t servers) {
+    std::vector<std::vector<TileAssignment>> dealt(servers);
+    for (std::size_t i = 0; i < tiles.size(); ++i) dealt[i % servers].push_back(tiles[i]);
+    return dealt;
 }
 
 }  // namespace umbriel

@@ -21,9 +21,8 @@ Result<PixelSize> checkedWallSize(std::int64_t width, std::int64_t height);
 // or with more columns than pixels.
 Result<std::vector<TileAssignment>> gridTiles(PixelSize wall, std::int64_t columns, std::int64_t rows);
 
-// Fewer servers than tiles: round robin. The tiles of one server, in order; none when there are more servers than
-// tiles.
-std::vector<TileAssignment> tilesOfServer(const std::vector<TileAssignment>& tiles, std::size_t server,
-                                          std::size_t serverCount);
+// Round robin: the tiles of each of these servers, at least one, in order; of some none where there are more servers
+// than tiles.
+std::vector<std::vector<TileAssignment>> dealTiles(const std::vector<TileAssignment>& tiles, std::size_t servers);
 
 }  // namespace umbriel

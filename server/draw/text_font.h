@@ -6,7 +6,8 @@
 
 namespace umbriel {
 
-// A fixed-width font of 5x7 pixels in cells of 6x8, printable ASCII; anything else shows as a question mark.
+// A fixed-width font, printable ASCII; anything else shows as a question mark. Capitals are 5x7 pixels at the top of
+// cells of 6x8, whose last row is for what hangs below the line.
 inline constexpr int kTextCellWidth = 6;
 inline constexpr int kTextCellHeight = 8;
 inline constexpr std::size_t kMaxTextCharacters = 1024;

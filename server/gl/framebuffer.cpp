@@ -43,9 +43,6 @@ Attachment::Attachment(const Texture2D& texture, int mipLevel)
       format(texture.format()),
       size(glm::max(glm::ivec2(texture.size().x >> mipLevel, texture.size().y >> mipLevel), glm::ivec2(1))) {}
 
-Attachment::Attachment(const TextureMultisample& texture)
-    : id(texture.id()), format(texture.format()), size(texture.size()), samples(texture.samples()) {}
-
 Attachment::Attachment(const Renderbuffer& renderbuffer)
     : id(renderbuffer.id()),
       isRenderbuffer(true),
@@ -103,22 +100,6 @@ void Framebuffer::clearColourUint(int attachment, glm::uvec4 value) {
 
 void Framebuffer::clearDepth(float value) {
     glClearNamedFramebufferfv(id(), GL_DEPTH, 0, &value);
-}
-
-void Framebuffer::copyColour(const Framebuffer& source, int sourceAttachment, const Framebuffer& destination,
-                             int destinationAttachment) {
-    UMBRIEL_ASSERT(source._size == destination._size, "copy between framebuffers of different size");
-    glNamedFramebufferReadBuffer(source.id(), GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(sourceAttachment));
-    glNamedFramebufferDrawBuffer(destination.id(), GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(destinationAttachment));
-    glBlitNamedFramebuffer(source.id(), destination.id(), 0, 0, source._size.x, source._size.y, 0, 0,
-                           destination._size.x, destination._size.y, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-    glNamedFramebufferDrawBuffers(destination.id(), destination.colourCount(), destination._drawBuffers.data());
-}
-
-void Framebuffer::copyDepth(const Framebuffer& source, const Framebuffer& destination) {
-    UMBRIEL_ASSERT(source._size == destination._size, "copy between framebuffers of different size");
-    glBlitNamedFramebuffer(source.id(), destination.id(), 0, 0, source._size.x, source._size.y, 0, 0,
-                           destination._size.x, destination._size.y, GL_DEPTH_BUFFER_BIT, GL_NEAREST);
 }
 
 }  // namespace umbriel::gl

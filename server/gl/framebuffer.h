@@ -12,7 +12,6 @@ namespace umbriel::gl {
 // What a framebuffer draws into. Borrows the image: it must outlive the framebuffer.
 struct Attachment {
     Attachment(const Texture2D& texture, int level = 0);
-    Attachment(const TextureMultisample& texture);
     Attachment(const Renderbuffer& renderbuffer);
 
     GLuint id = 0;
@@ -44,13 +43,6 @@ class Framebuffer {
     bool hasDepth() const { return _hasDepth; }
     GLuint id() const { return _name.id(); }
     explicit operator bool() const { return static_cast<bool>(_name); }
-
-    // Copies one colour image onto another of the same size; averages the samples of a multisampled float source.
-    // (GL takes the first sample of an integer source.)
-    static void copyColour(const Framebuffer& source, int sourceAttachment, const Framebuffer& destination,
-                           int destinationAttachment);
-    // The same for depth: the first sample of a multisampled source. Formats must be equal.
-    static void copyDepth(const Framebuffer& source, const Framebuffer& destination);
 
  private:
     Name<deleteFramebuffer> _name;

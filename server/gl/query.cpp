@@ -19,12 +19,6 @@ void Query::end() {
     glEndQuery(_target);
 }
 
-bool Query::isReady() const {
-    GLuint ready = GL_FALSE;
-    glGetQueryObjectuiv(_name.id(), GL_QUERY_RESULT_AVAILABLE, &ready);
-    return ready != GL_FALSE;
-}
-
 uint64_t Query::result() const {
     GLuint64 value = 0;
     glGetQueryObjectui64v(_name.id(), GL_QUERY_RESULT, &value);

@@ -16,8 +16,6 @@ class Query {
 
     void begin();
     void end();
-    // Whether result() would return without waiting.
-    bool isReady() const;
     // Waits until the result is there.
     uint64_t result() const;
 

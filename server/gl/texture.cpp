@@ -93,20 +93,6 @@ void Texture2D::bind(GLuint unit) const {
     glBindTextureUnit(unit, id());
 }
 
-Result<TextureMultisample> TextureMultisample::create(GLenum format, glm::ivec2 size, int samples) {
-    GLuint id = 0;
-    glCreateTextures(GL_TEXTURE_2D_MULTISAMPLE, 1, &id);
-    TextureMultisample texture(id, format, size);
-    texture._samples = samples;
-    glTextureStorage2DMultisample(id, samples, format, size.x, size.y, GL_TRUE);
-    if (auto checked = checkError(describe("texture", format, size, samples)); !checked) return checked.error();
-    return texture;
-}
-
-void TextureMultisample::bind(GLuint unit) const {
-    glBindTextureUnit(unit, id());
-}
-
 Result<Renderbuffer> Renderbuffer::create(GLenum format, glm::ivec2 size, int samples) {
     GLuint id = 0;
     glCreateRenderbuffers(1, &id);

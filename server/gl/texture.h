@@ -54,23 +54,6 @@ class Texture2D : public ImageStorage<deleteTexture> {
     int _levels = 0;
 };
 
-// A two-dimensional texture with several samples a pixel, at fixed sample locations.
-class TextureMultisample : public ImageStorage<deleteTexture> {
- public:
-    TextureMultisample() = default;
-    // Errors: out of memory, more samples than the driver offers.
-    static Result<TextureMultisample> create(GLenum format, glm::ivec2 size, int samples);
-
-    void bind(GLuint unit) const;
-
-    int samples() const { return _samples; }
-
- private:
-    using ImageStorage::ImageStorage;
-
-    int _samples = 0;
-};
-
 // Storage that is drawn to and never sampled. `samples` 0 means no multisampling.
 class Renderbuffer : public ImageStorage<deleteRenderbuffer> {
  public:

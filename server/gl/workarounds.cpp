@@ -7,6 +7,15 @@
 namespace umbriel::gl {
 namespace {
 
+// How a workaround is named where it is reported or switched off.
+struct WorkaroundEntry {
+    Workaround workaround;
+    std::string_view name;
+    std::string_view reason;
+    std::string_view rendererContains;  // applies when GL_RENDERER contains this
+};
+
+// All that we know, in the order of the enumeration.
 constexpr WorkaroundEntry kKnown[] = {
     {Workaround::LlvmpipeTimerQueriesLie, "mesa-llvmpipe-timer-queries-lie",
      "timer queries report when commands were queued, not when they ran; times are taken with glFinish and a clock",
@@ -14,10 +23,6 @@ constexpr WorkaroundEntry kKnown[] = {
 };
 
 }  // namespace
-
-std::span<const WorkaroundEntry> knownWorkarounds() {
-    return kKnown;
-}
 
 Result<Workarounds> Workarounds::detect(const ContextInfo& info, std::span<const std::string> disabledNames) {
     for (const std::string& name : disabledNames) {

@@ -2,7 +2,6 @@
 
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "common/base/result.h"
@@ -16,17 +15,6 @@ enum class Workaround {
     // Measure with glFinish and a steady clock instead.
     LlvmpipeTimerQueriesLie,
 };
-
-// How a workaround appears to the user: `--disable-workaround NAME`, the server's log, `umbriel doctor`.
-struct WorkaroundEntry {
-    Workaround workaround;
-    std::string_view name;
-    std::string_view reason;
-    std::string_view rendererContains;  // applies when GL_RENDERER contains this
-};
-
-// All that we know, in the order of the enumeration.
-std::span<const WorkaroundEntry> knownWorkarounds();
 
 // The workarounds in force for one context.
 class Workarounds {

@@ -38,13 +38,53 @@ struct Payload {
     Bytes bytes;
 };
 
+// No field is what it starts with: a mutation of any one of them finds the others readable.
+ShadowFit someFit(std::uint64_t light, ShadowMode mode, ShadowShape shape, std::uint32_t part) {
+    ShadowFit fit;
+    fit.light = {light};
+    fit.mode = mode;
+    fit.shape = shape;
+    fit.part = part;
+    fit.mapSize = 512;
+    fit.perspective = shape != ShadowShape::Single;
+    fit.worldFromLight[0][1] = 0.25;
+    fit.positionWorld = {1.0, 2.0, 3.0};
+    fit.clipFromWorld[3][0] = -0.5;
+    fit.texelSize = 0.125;
+    fit.depthRange = 40.0;
+    fit.constantBias = 0.5f;
+    fit.slopeBias = 1.5f;
+    fit.normalOffset = 0.55f;
+    fit.filter = {3.0f, 0.1f, 4, 6, 5, 0.2f, 24.0f, true, true, 16};
+    fit.planeWorld = {0.0, 1.0, 0.0, -2.0};
+    fit.blobSize = 1.25f;
+    fit.casters = shape == ShadowShape::Single ? ShadowCasters::Moving : ShadowCasters::Fixed;
+    fit.layer = 2;
+    return fit;
+}
+
 WallViews someViews() {
     WallViews views;
     views.wall = {64, 32};
+    views.tiles = TileMode::Exact;
+    views.samples = 4;
+    views.layers = static_cast<std::uint32_t>(Layer::Colour) | static_cast<std::uint32_t>(Layer::LightFactors);
     views.views.resize(2);
     for (View& view : views.views) view.region = {0, 0, 64, 32};
-    views.views[0].fits.emplace_back();
-    views.views[0].fits[0].light = {3};
+    views.views[0].fits.push_back(someFit(3, ShadowMode::PercentageCloserSoft, ShadowShape::Single, 0));
+    views.views[1].viewport = {9};
+    views.views[1].eye = Eye::Right;
+    views.views[1].orthographic = true;
+    return views;
+}
+
+// A map of every shape, and modules that have none.
+WallViews viewsOfAllShapes() {
+    WallViews views = someViews();
+    views.views[1].fits = {someFit(4, ShadowMode::DualParaboloid, ShadowShape::Hemisphere, 1),
+                           someFit(5, ShadowMode::Cube, ShadowShape::CubeFace, 5),
+                           someFit(6, ShadowMode::VolumeZFail, ShadowShape::Single, 0),
+                           someFit(7, ShadowMode::LightMap, ShadowShape::Single, 0)};
     return views;
 }
 
@@ -74,17 +114,24 @@ std::vector<Payload> everyMessage(const TypeRegistry& types) {
     wire::Hello hello;
     hello.name = "left";
     hello.build = "0.1.0";
+    hello.wantedName = "wall";
+    hello.token = {5, 6};
+    hello.epoch = 3;
+    hello.typeSignature = types.signature();
+    hello.capabilities = hello.needs = wire::kKnownCapabilities;
     hello.glRenderer = "llvmpipe";
+    hello.glVersion = "4.5";
+    hello.cpu = "x86";
     add(hello);
     add(wire::Welcome{});
     add(wire::Refuse{"no"});
-    add(wire::Heartbeat{});
+    add(wire::Heartbeat{7'000, true, wire::Heartbeat::Echo{5'000, 6'000}, {{1, 4'000}, {2, 4'500}}});
     add(wire::Goodbye{"the client has finished"});
     add(wire::Assign{{64, 32}, {{0, {0, 0, 32, 32}, Eye::Mono}, {1, {32, 0, 32, 32}, Eye::Left}}});
     add(wire::Changes{changes.parts.front()});
     wire::Frame frame;
     frame.number = 1;
-    frame.wantPixels = frame.fromNothing = true;
+    frame.wantPixels = frame.wantCost = frame.fromNothing = true;
     frame.time = 0.5;
     frame.views = views;
     frame.changes = changes.parts.front();
@@ -95,6 +142,8 @@ std::vector<Payload> everyMessage(const TypeRegistry& types) {
     ready.triangles = 300;
     ready.nearestDepth = 1.5f;
     ready.farthestDepth = 20.0f;
+    ready.shadowTriangles = 200;
+    ready.cost = wire::FrameCost{2.5, 0.5, 1 << 20};
     add(ready);
     add(wire::Swap{1});
     add(wire::Failed{1, "no memory left"});
@@ -118,6 +167,7 @@ std::vector<Payload> everyMessage(const TypeRegistry& types) {
     wire::JobOffer offer;
     offer.job = 1;
     offer.attempt = 1;
+    offer.leaseMilliseconds = 3'000;
     offer.kind = "bake";
     offer.payload = some;
     offer.blobs = {{{1, 2}, 12, 24}};
@@ -260,6 +310,37 @@ void addSessions(Corpus& corpus, const TypeRegistry& types, const std::vector<Pa
         other[0] = std::byte{kind};
         corpus.add("session_fuzz", "client_frame" + std::to_string(kind), other);
     }
+    // A client with work: the server takes it, asks for what it needs, and the result is fetched.
+    const MultiStorage needed = [] {
+        MultiStorage content(4);
+        content.resize(100);
+        return content;
+    }();
+    MultiStorage result(1);
+    result.resize(20);
+    const Bytes resultBytes(20);
+    Script work(33);
+    join(work);
+    work.plain(PeerOp::Connection, 0x40)
+        .say(wire::BlobWanted{{wire::hashOfBlob(needed)}})
+        .say(wire::JobLease{1, 1, 0.5f})
+        .say(wire::JobDone{1, 1, wire::JobStatus::Done, "", wire::hashOfBlob(result), 20, 5})
+        .plain(PeerOp::Connection, 0x41)
+        .say(wire::BlobData{wire::hashOfBlob(result), 20, 0, std::span(resultBytes).first(7)})
+        .say(wire::BlobData{wire::hashOfBlob(result), 20, 7, std::span(resultBytes).subspan(7)});
+    work.plain(PeerOp::Connection, 0x42).say(wire::JobDone{1, 1, wire::JobStatus::Failed, "no memory", {}, 0, 0});
+    corpus.add("session_fuzz", "client_jobs", work.bytes());
+    // Servers that say when they showed what.
+    Script shown(1);
+    join(shown);
+    shown.plain(PeerOp::Turn, 2).plain(PeerOp::Connection, 0x40).say(ready).plain(PeerOp::Connection, 0x42).say(ready);
+    for (std::int64_t second = 1; second < 4; ++second)
+        for (const std::uint8_t control : {0x40, 0x42}) {
+            const std::int64_t now = second * 1'000'000'000;
+            shown.plain(PeerOp::Connection, control).time(500);
+            shown.say(wire::Heartbeat{now, true, wire::Heartbeat::Echo{now - 500'000'000, now}, {{1, now}}});
+        }
+    corpus.add("session_fuzz", "client_swaps", shown.bytes());
     Script questions(1);
     join(questions);
     questions.plain(PeerOp::Turn, 1)
@@ -280,6 +361,20 @@ void addChanges(Corpus& corpus) {
     TypeRegistry types;
     registerCoreTypes(types);
     types.add<test::EveryKind>();
+    {
+        // Every type and every field of it, some types a part.
+        IdSource ids;
+        Aspect scene(types, ids);
+        scene.create<Node>("there already");
+        scene.create<test::EveryKind>();
+        scene.commit();
+        test::RandomEditor(scene).fillAll(24);
+        wire::EncodeOptions options;
+        options.maxPartBytes = 1024;
+        const auto encoded = wire::encodeChanges(scene.commit(), scene, options);
+        for (std::size_t i = 0; i < encoded.parts.size(); ++i)
+            corpus.add("change_list_fuzz", "every_type_" + std::to_string(i), encoded.parts[i]);
+    }
     for (std::uint64_t seed = 0; seed < 24; ++seed) {
         IdSource ids;
         Aspect scene(types, ids);
@@ -382,10 +477,18 @@ void addBakeJobs(Corpus& corpus) {
         corpus.add("bake_job_fuzz", name, bytes);
     };
     visibility::BakeJob job;
+    job.settings.guard = trace::Guard::FastFan;
+    job.settings.farShare = 0.25;
+    job.settings.environment = {64, 32};
     job.meshHash = {1, 2};
     job.directionHash = {3, 4};
+    job.firstRow = 2048;
     job.rowCount = 16;
-    add(1, "job", visibility::encodeBakeJob(job));
+    for (const auto kind : {visibility::MappingKind::HemiSphere, visibility::MappingKind::SinglePlane,
+                            visibility::MappingKind::HemiCube, visibility::MappingKind::Fibonacci}) {
+        job.settings.mapping = {kind, 16, kind == visibility::MappingKind::SinglePlane ? 1.5 : 0.0};
+        add(1, ("job" + std::to_string(static_cast<int>(kind))).c_str(), visibility::encodeBakeJob(job));
+    }
     add(0, "readiness", visibility::encodeReadiness({"llvmpipe, 128 bits", 2, {1, 2}, {3, 4}}));
 }
 
@@ -409,6 +512,7 @@ int main(int argc, char** argv) {
     }
     corpus.add("views_fuzz", "none", wire::encodeViews({}));
     corpus.add("views_fuzz", "two", wire::encodeViews(someViews()));
+    corpus.add("views_fuzz", "all_shapes", wire::encodeViews(viewsOfAllShapes()));
     addChanges(corpus);
     addBlobs(corpus);
     addLinks(corpus, messages);

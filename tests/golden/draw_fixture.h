@@ -302,6 +302,16 @@ class DrawTest : public ::testing::Test {
             for (const TileAssignment& tile : tiles) draw({&tile, 1});
         return images;
     }
+    // In every layer, grids of tiles are the wall as one server draws it.
+    void expectEqualTiles(const WallViews& views, const std::vector<WallImage>& whole,
+                          std::initializer_list<std::pair<int, int>> grids) {
+        for (const auto& [columns, rows] : grids) {
+            const auto tiled = drawWall(views, columns, rows);
+            ASSERT_EQ(tiled.size(), whole.size());
+            for (std::size_t i = 0; i < whole.size(); ++i)
+                EXPECT_EQ(differingPixels(whole[i], tiled[i]), 0u) << names[i] << ", " << columns << "x" << rows;
+        }
+    }
     WallImage drawColour(const WallViews& views, int columns = 1, int rows = 1) {
         std::vector<WallImage> images = drawWall(views, columns, rows);
         if (images.empty()) return {};

@@ -110,14 +110,8 @@ TEST_F(TilesTest, ExactTilesAreBitEqualToTheWholeWall) {
         const WallViews views = wallViews(view, TileMode::Exact, samples, 0x3f);
         const auto whole = drawWall(views);
         ASSERT_EQ(whole.size(), 8u);
-        const std::vector<std::string> layers = names;
-        for (const auto& [columns, rows] : {std::pair(2, 2), std::pair(3, 1), std::pair(5, 3)}) {
-            const auto tiled = drawWall(views, columns, rows);
-            ASSERT_EQ(tiled.size(), whole.size());
-            for (std::size_t i = 0; i < whole.size(); ++i)
-                EXPECT_EQ(differingPixels(whole[i], tiled[i]), 0u)
-                    << layers[i] << " at " << columns << "x" << rows << ", " << samples << " samples";
-        }
+        SCOPED_TRACE(samples);
+        expectEqualTiles(views, whole, {{2, 2}, {3, 1}, {5, 3}});
     }
 }
 
@@ -146,12 +140,7 @@ TEST_F(TilesTest, OffsetTilesAreBitEqualToo) {
     const WallViews views = wallViews(view, TileMode::Offset, 1, 0x3f);
     const auto whole = drawWall(views);
     ASSERT_EQ(whole.size(), 8u);
-    for (const auto& [columns, rows] : {std::pair(2, 2), std::pair(5, 3)}) {
-        const auto tiled = drawWall(views, columns, rows);
-        ASSERT_EQ(tiled.size(), whole.size());
-        for (std::size_t i = 0; i < whole.size(); ++i)
-            EXPECT_EQ(differingPixels(whole[i], tiled[i]), 0u) << names[i] << " at " << columns << "x" << rows;
-    }
+    expectEqualTiles(views, whole, {{2, 2}, {5, 3}});
     const Difference difference = compare(whole[0], drawColour(wallViews(view, TileMode::Exact)));
     EXPECT_LE(difference.differing, static_cast<std::size_t>(wall.width * wall.height / 2000));
     EXPECT_LE(difference.over8, 5u);

@@ -165,32 +165,10 @@ TEST_F(GlObjects, AnImpossibleTextureIsAnError) {
 
 TEST_F(GlObjects, AnIncompleteFramebufferIsAnError) {
     const Texture2D single = require(Texture2D::create(GL_RGBA32F, {4, 4}));
-    const TextureMultisample several = require(TextureMultisample::create(GL_RGBA32F, {4, 4}, 4));
+    const Renderbuffer several = require(Renderbuffer::create(GL_RGBA32F, {4, 4}, 4));
     const auto framebuffer = Framebuffer::create(std::array{Attachment(single), Attachment(several)});
     ASSERT_FALSE(framebuffer);
     EXPECT_NE(framebuffer.error().message.find("sample"), std::string::npos) << framebuffer.error().message;
-}
-
-TEST_F(GlObjects, MultisampledColourResolvesToTheMean) {
-    const TextureMultisample several = require(TextureMultisample::create(GL_RGBA32F, {2, 2}, 4));
-    const Texture2D single = require(Texture2D::create(GL_RGBA32F, {2, 2}));
-    Framebuffer source = require(Framebuffer::create(std::array{Attachment(several)}));
-    const Framebuffer destination = require(Framebuffer::create(std::array{Attachment(single)}));
-    source.clearColour(0, glm::vec4(0));
-    const Program program = require(Program::link(fillStages()));
-    program.set(0, glm::vec2(0, 1));
-    program.set(1, glm::vec4(1));
-    const VertexArray vertices = VertexArray::create();
-    vertices.bind();
-    source.bind();
-    program.use();
-    glViewport(0, 0, 2, 2);
-    glEnable(GL_SAMPLE_MASK);
-    glSampleMaski(0, 0b0101);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-    Framebuffer::copyColour(source, 0, destination, 0);
-    for (const glm::vec4& pixel : require(readPixelsFloat(destination, 0, {{0, 0}, {2, 2}})))
-        EXPECT_EQ(pixel, glm::vec4(0.5f));
 }
 
 TEST_F(GlObjects, ReversedDepthSeparatesNearlyEqualFarDistances) {

@@ -113,12 +113,7 @@ TEST_F(LightMaps, TilesAreBitEqualToOneServer) {
             }
             EXPECT_GT(dark, 3000u);
             EXPECT_GT(lit, 3000u);
-            for (const auto& [columns, rows] : {std::pair(2, 2), std::pair(4, 4)}) {
-                const auto tiled = drawWall(views, columns, rows);
-                ASSERT_EQ(tiled.size(), whole.size());
-                for (std::size_t i = 0; i < whole.size(); ++i)
-                    EXPECT_EQ(differingPixels(whole[i], tiled[i]), 0u) << names[i] << ", " << columns << "x" << rows;
-            }
+            expectEqualTiles(views, whole, {{2, 2}, {4, 4}});
         }
     }
 }

@@ -111,7 +111,8 @@ TEST_F(Extremes, ALampInsideAClosedMeshIsKeptThere) {
         }
 }
 
-// A lamp that touches what casts: on its upper face, half of the world is dark.
+// A lamp that touches what casts: on its upper face, half of the world is dark, to the plane of that face. Volumes have
+// no texels. The map's are 2/2048 m wide at a metre: half of one, and the receiver's offset of 0.55, may be off.
 TEST_F(Extremes, ALampOnACasterDarkensWhatLiesBehindIt) {
     for (const ShadowMode mode : {ShadowMode::Cube, ShadowMode::VolumeZPass, ShadowMode::VolumeZFail}) {
         SetUp();
@@ -121,12 +122,12 @@ TEST_F(Extremes, ALampOnACasterDarkensWhatLiesBehindIt) {
         finishScene(LightPlace::Point, {0.1, 2.0, 0.03}, {0, -1, 0});
         look({-2, 6, 9}, {0, 0.5, 0});
         use(mode, 2048);
-        edgeMetres = 0.3;
+        edgeAngle = mode == ShadowMode::Cube ? (0.5 + 0.55) * 2.0 / 2048 : 0.0;
         const Errors errors = measure();
         std::printf("module %d: error %.3f %%, inner %.3f %%, %zu dark\n", int(mode), 100 * errors.error,
                     100 * errors.inner, errors.dark);
         EXPECT_GT(errors.dark, 1000u);
-        EXPECT_LE(errors.inner, 1e-3) << int(mode);
+        EXPECT_LE(mode == ShadowMode::Cube ? errors.inner : errors.error, 1e-5) << int(mode);
     }
 }
 

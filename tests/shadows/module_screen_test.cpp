@@ -73,13 +73,8 @@ TEST_F(ScreenSpace, FilteredTilesAreBitEqualToOneServerForEveryModule) {
                 std::size_t between = 0;
                 for (const float factor : whole[3].values) between += factor > 0.05f && factor < 0.95f;
                 EXPECT_GT(between, 1000u) << static_cast<int>(mode);
-                for (const auto& [columns, rows] : {std::pair(2, 2), std::pair(4, 4)}) {
-                    const auto tiled = drawWall(views, columns, rows);
-                    ASSERT_EQ(tiled.size(), whole.size());
-                    for (std::size_t i = 0; i < whole.size(); ++i)
-                        EXPECT_EQ(differingPixels(whole[i], tiled[i]), 0u)
-                            << names[i] << ", module " << static_cast<int>(mode) << ", " << columns << "x" << rows;
-                }
+                SCOPED_TRACE(static_cast<int>(mode));
+                expectEqualTiles(views, whole, {{2, 2}, {4, 4}});
             }
     }
 }

@@ -3,15 +3,6 @@
 namespace umbriel {
 namespace {
 
-constexpr ShadowMode kMaps[] = {ShadowMode::Standard,
-                                ShadowMode::Perspective,
-                                ShadowMode::LightSpacePerspective,
-                                ShadowMode::Trapezoid,
-                                ShadowMode::PercentageCloser,
-                                ShadowMode::PercentageCloserSoft,
-                                ShadowMode::DualParaboloid,
-                                ShadowMode::Cube};
-
 // Two eyes see one shadow: what one sees lit and the other one dark is no more than geometry itself shows so.
 class Stereo : public ModuleTest {
  protected:
@@ -144,7 +135,7 @@ TEST_F(Stereo, TheUnionFitShowsBothEyesTheSameShadowsForEveryModule) {
         else
             finishScene(LightPlace::Directional, {0, 0, 0}, {0.5, -0.7, -0.3}, 0.0f, 0.01f);
         lookWithBothEyes({0, 6, 26}, {0, 0, 4});
-        for (const ShadowMode mode : kMaps) {
+        for (const ShadowMode mode : kMapModes) {
             const Rivalry result = measured(lamp ? "lamp" : "sun", mode, ShadowFitMode::Union, 1024);
             EXPECT_LE(result.result, result.truth + 0.0005) << int(mode);
         }

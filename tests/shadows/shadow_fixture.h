@@ -10,6 +10,16 @@
 
 namespace umbriel {
 
+// The modules that draw maps for each frame.
+inline constexpr ShadowMode kMapModes[] = {ShadowMode::Standard,
+                                           ShadowMode::Perspective,
+                                           ShadowMode::LightSpacePerspective,
+                                           ShadowMode::Trapezoid,
+                                           ShadowMode::PercentageCloser,
+                                           ShadowMode::PercentageCloserSoft,
+                                           ShadowMode::DualParaboloid,
+                                           ShadowMode::Cube};
+
 // Axis-aligned boxes on a floor, whose shadows are known: a ray meets a box or not.
 class ModuleTest : public DrawTest {
  protected:
@@ -105,11 +115,12 @@ class ModuleTest : public DrawTest {
                               static_cast<std::uint32_t>(Layer::LightFactors);
         return views->views;
     }
-    // Whether a ray meets a block within reach; all in the world.
+    // Whether a ray meets a block before its end; all in the world. A block that it meets at its end alone is one that
+    // the lamp touches, and rounding must not decide about that.
     bool isDark(const glm::dvec3& fromWorld, const glm::dvec3& directionWorld, double reachWorld) const {
         const glm::dvec3 from = (fromWorld - offset) * worldFromLocal / scale;
         const glm::dvec3 direction = directionWorld * worldFromLocal;
-        const double reach = reachWorld / scale;
+        const double reach = reachWorld / scale * (1.0 - 1e-12);
         for (const Block& each : blocks) {
             double enter = 0.0, leave = reach;
             for (int i = 0; i < 3; ++i) {

@@ -47,6 +47,27 @@ class RandomEditor {
         }
     }
 
+    // One container of every type, with a value in every field.
+    void fillAll(std::uint64_t seed) {
+        Random random(seed);
+        for (const TypeDescriptor* type : _types) {
+            const ContainerId id = freshId();
+            if (!RawEdit(_aspect).create({id.value}, *type)) continue;
+            _live.push_back(id);
+            for (std::uint32_t i = 0; i < type->fields.size(); ++i) {
+                const FieldDescriptor& field = type->fields[i];
+                if (field.isMulti) {
+                    RawEdit(_aspect).resizeMulti(id, i, 3);
+                    RawEdit(_aspect).writeMulti(id, i, 0, elements(field, 3, random));
+                } else if (field.kind == ElementKind::String) {
+                    RawEdit(_aspect).setText(id, i, type->name);
+                } else {
+                    RawEdit(_aspect).setSingle(id, i, elements(field, 1, random));
+                }
+            }
+        }
+    }
+
     void step(std::uint64_t word) {
         Random random(word);
         const std::size_t action = random.below(16);
@@ -64,9 +85,14 @@ class RandomEditor {
     void create(Random& random) {
         // Typed creation and the untyped one must not differ.
         if (random.below(4) == 0) return _live.push_back(_aspect.create<EveryKind>("every").id);
+        const ContainerId id = freshId();
+        RawEdit(_aspect).create({id.value}, *_types[random.below(_types.size())]) ? _live.push_back(id) : void();
+    }
+
+    ContainerId freshId() {
         const ContainerId id = _aspect.create<Node>().id;
         _aspect.destroy(id);
-        RawEdit(_aspect).create({id.value}, *_types[random.below(_types.size())]) ? _live.push_back(id) : void();
+        return id;
     }
 
     void destroy(Random& random) {

@@ -122,5 +122,14 @@ TEST(TextFont, EveryPrintableCharacterLooksDifferentAndFitsItsCell) {
     EXPECT_EQ(drawText("\x01").coverage, drawText("?").coverage);
 }
 
+TEST(TextFont, OnlyWhatHangsBelowTheLineIsBelowIt) {
+    for (char c = ' '; c <= '~'; ++c) {
+        const TextBitmap bitmap = drawText(std::string_view(&c, 1));
+        const auto lastRow = bitmap.coverage.end() - kTextCellWidth;
+        const bool hangs = std::any_of(lastRow, bitmap.coverage.end(), [](std::uint8_t value) { return value != 0; });
+        EXPECT_EQ(hangs, std::string_view("gjpqy,;_").find(c) != std::string_view::npos) << c;
+    }
+}
+
 }  // namespace
 }  // namespace umbriel

@@ -6,27 +6,14 @@
 #include <cmath>
 
 #include "client/session/shadow_fit.h"
-#include "common/math/projection.h"
-#include "common/math/rotation.h"
 #include "tests/unit/session/scene_fixture.h"
+#include "tests/unit/session/test_views.h"
 
 namespace umbriel {
 namespace {
 
-View viewFrom(const glm::dvec3& eye, const glm::dvec3& target, double fovY = 0.8) {
-    View view;
-    view.eyeWorld = eye;
-    view.viewFromWorld = glm::transpose(*rotationLookingAlong(target - eye, {0, 1, 0}));
-    view.clipFromView = reversedPerspective(fovY, 16.0 / 9.0, 0.1);
-    view.nearDistance = 0.1;
-    return view;
-}
-
-bool isSeen(const View& view, const glm::dvec3& world) {
-    const glm::dvec4 clip = view.clipFromView * glm::dvec4(view.viewFromWorld * (world - view.eyeWorld), 1.0);
-    return clip.w > 0.0 && std::abs(clip.x) <= clip.w && std::abs(clip.y) <= clip.w && clip.z >= 0.0 &&
-           clip.z <= clip.w;
-}
+using test::isSeen;
+using test::viewFrom;
 
 double depthOf(const View& view, const glm::dvec3& world) {
     return -(view.viewFromWorld * (world - view.eyeWorld)).z;

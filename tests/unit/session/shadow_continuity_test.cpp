@@ -10,11 +10,12 @@
 #include <vector>
 
 #include "client/session/shadow_warp.h"
-#include "common/math/projection.h"
-#include "common/math/rotation.h"
+#include "tests/unit/session/test_views.h"
 
 namespace umbriel {
 namespace {
+
+using test::viewFrom;
 
 // Each warp is swept through the place where its formula has none: a hundred times finer steps must move the map a
 // hundred times less. A switch from one formula to another would move it as much however fine the step.
@@ -24,15 +25,6 @@ constexpr const char* nameOf(ShadowMode mode) {
 }
 const Box3d kTown{{-60, 0, -60}, {60, 8, 60}};
 constexpr double kTexels = 1024.0;
-
-View viewFrom(const glm::dvec3& eye, const glm::dvec3& target, double fovY = 0.8) {
-    View view;
-    view.eyeWorld = eye;
-    view.viewFromWorld = glm::transpose(*rotationLookingAlong(target - eye, {0, 1, 0}));
-    view.clipFromView = reversedPerspective(fovY, 16.0 / 9.0, 0.1);
-    view.nearDistance = 0.1;
-    return view;
-}
 
 glm::dmat3 warpOf(const LightBody& body, ShadowMode mode, float range = 0.3f) {
     ShadowFitRequest request;

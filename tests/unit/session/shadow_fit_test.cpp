@@ -6,41 +6,24 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/math/projection.h"
-#include "common/math/rotation.h"
 #include "common/wall/grid.h"
 #include "tests/unit/session/scene_fixture.h"
+#include "tests/unit/session/test_views.h"
 
 namespace umbriel {
 namespace {
 
+using test::isSeen;
+using test::mapped;
+using test::viewFrom;
+
 // With a margin for what the shader adds: normal offset and rounding, one texel.
 constexpr double kTexel = 1.0;
-
-View viewFrom(const glm::dvec3& eye, const glm::dvec3& target, double fovY, double nearDistance = 0.01) {
-    View view;
-    view.eyeWorld = eye;
-    view.viewFromWorld = glm::transpose(*rotationLookingAlong(target - eye, {0, 1, 0}));
-    view.clipFromView = reversedPerspective(fovY, 16.0 / 9.0, nearDistance);
-    view.nearDistance = nearDistance;
-    return view;
-}
-
-glm::dvec3 mapped(const ShadowFit& fit, const glm::dvec3& world) {
-    const glm::dvec4 clip = fit.clipFromWorld * glm::dvec4(world, 1.0);
-    return glm::dvec3(clip) / clip.w;
-}
 
 bool onMap(const ShadowFit& fit, const glm::dvec3& world, double marginTexels = kTexel, double tolerance = 1e-9) {
     const glm::dvec3 place = mapped(fit, world);
     const double inner = 1.0 - 2.0 * marginTexels / fit.mapSize + tolerance;
     return std::abs(place.x) <= inner && std::abs(place.y) <= inner && place.z >= 0.0 && place.z <= 1.0;
-}
-
-bool inPicture(const View& view, const glm::dvec3& world) {
-    const glm::dvec4 clip = view.clipFromView * glm::dvec4(view.viewFromWorld * (world - view.eyeWorld), 1.0);
-    return clip.w > 0.0 && std::abs(clip.x) <= clip.w && std::abs(clip.y) <= clip.w && clip.z >= 0.0 &&
-           clip.z <= clip.w;
 }
 
 const glm::dvec3 kDirections[] = {{1, 0, 0},     {-1, 0, 0},    {0, 1, 0},    {0, -1, 0},
@@ -93,7 +76,7 @@ TEST(ShadowFit, AMillionMetresFromTheOriginNothingIsLost) {
         const auto fit = fitDirectional({-0.3, -1, -0.2}, box, {&view, 1}, {mode, 2048});
         ASSERT_TRUE(fit);
         for (int i = 0; i < 8; ++i)
-            if (mode == ShadowFitMode::Scene || inPicture(view, box.corner(i))) {
+            if (mode == ShadowFitMode::Scene || isSeen(view, box.corner(i))) {
                 EXPECT_TRUE(onMap(*fit, box.corner(i), kTexel, 1e-6));
             }
     }
@@ -123,7 +106,7 @@ void checkUnion(bool spot) {
     for (int i = 0; i < 200; ++i) {
         const glm::dvec3 receiver = scale * glm::dvec3(10 * unit(), 2 + 2 * unit(), 10 * unit());
         bool seen = mode == ShadowFitMode::Scene;
-        for (const View& view : views) seen = seen || inPicture(view, receiver);
+        for (const View& view : views) seen = seen || isSeen(view, receiver);
         if (!seen) continue;
         if (spot) {
             const glm::dvec3 fromLight = receiver - position;
@@ -149,7 +132,7 @@ TEST(ShadowFit, CastersOutsideTheViewAreWithinTheDepth) {
     ASSERT_TRUE(fit);
     // From a seen receiver up to the top of the scene's box.
     const glm::dvec3 caster = glm::dvec3(0, 0, 0) - direction * (49.0 / -direction.y);
-    EXPECT_FALSE(inPicture(view, caster));
+    EXPECT_FALSE(isSeen(view, caster));
     EXPECT_TRUE(onMap(*fit, caster));
 }
 

@@ -7,34 +7,23 @@
 #include <limits>
 #include <numbers>
 
-#include "common/math/projection.h"
-#include "common/math/rotation.h"
+#include "tests/unit/session/test_views.h"
 
 namespace umbriel {
 namespace {
 
+using test::isSeen;
+using test::mapped;
+using test::viewFrom;
+
 constexpr ShadowMode kWarps[] = {ShadowMode::Perspective, ShadowMode::LightSpacePerspective, ShadowMode::Trapezoid};
 const Box3d kTown{{-60, 0, -60}, {60, 8, 60}};
-
-View viewFrom(const glm::dvec3& eye, const glm::dvec3& target, double fovY = 0.8, double nearDistance = 0.1) {
-    View view;
-    view.eyeWorld = eye;
-    view.viewFromWorld = glm::transpose(*rotationLookingAlong(target - eye, {0, 1, 0}));
-    view.clipFromView = reversedPerspective(fovY, 16.0 / 9.0, nearDistance);
-    view.nearDistance = nearDistance;
-    return view;
-}
 
 ShadowFitRequest requestFor(ShadowMode mode, std::uint32_t mapSize = 1024) {
     ShadowFitRequest request;
     request.mode = request.map = mode;
     request.mapSize = mapSize;
     return request;
-}
-
-glm::dvec3 mapped(const ShadowFit& fit, const glm::dvec3& world) {
-    const glm::dvec4 clip = fit.clipFromWorld * glm::dvec4(world, 1.0);
-    return glm::dvec3(clip) / clip.w;
 }
 
 // Texels that a square of a metre across the light covers around a point, as an area.
@@ -44,11 +33,6 @@ double texelsPerSquareMetre(const ShadowFit& fit, const glm::dvec3& world) {
     const glm::dvec2 x = glm::dvec2(mapped(fit, world + step * fit.worldFromLight[0]) - here) / step;
     const glm::dvec2 y = glm::dvec2(mapped(fit, world + step * fit.worldFromLight[1]) - here) / step;
     return std::abs(x.x * y.y - x.y * y.x) * 0.25 * fit.mapSize * fit.mapSize;
-}
-
-bool isSeen(const View& view, const glm::dvec3& world) {
-    const glm::dvec4 clip = view.clipFromView * glm::dvec4(view.viewFromWorld * (world - view.eyeWorld), 1.0);
-    return clip.w > 0.0 && std::abs(clip.x) <= clip.w && std::abs(clip.y) <= clip.w && clip.z >= 0.0;
 }
 
 bool isOnMap(const ShadowFit& fit, const glm::dvec3& world) {

@@ -70,8 +70,9 @@ RC_GTEST_PROP(Grid, ServersShareTheTilesRoundRobin, ()) {
     const auto servers = static_cast<std::size_t>(*rc::gen::inRange(1, 20));
     std::vector<int> seen(tiles->size(), 0);
     std::size_t fewest = tiles->size(), most = 0;
-    for (std::size_t server = 0; server < servers; ++server) {
-        const auto own = tilesOfServer(*tiles, server, servers);
+    const auto dealt = dealTiles(*tiles, servers);
+    RC_ASSERT(dealt.size() == servers);
+    for (const auto& own : dealt) {
         fewest = std::min(fewest, own.size());
         most = std::max(most, own.size());
         for (const TileAssignment& tile : own) ++seen[tile.tile];
