@@ -72,11 +72,6 @@ void main() {
         if (light.index < firstLight || light.index >= firstLight + uint(4 * LAYER_FACTORS)) continue;
         vec3 toLight;
         irradianceFrom(light, surface.relative, toLight);
-#ifdef FEATURE_UNWRAPPED
-        // Nobody looks from any side: that of the light counts, as for a ray that starts on the surface.
-        faceNormal = faceNormalWorld();
-        if (dot(faceNormal, toLight) < 0.0) faceNormal = -faceNormal;
-#endif
         factors[light.index - firstLight] = shadowFactor(i, light, surface.relative, faceNormal, toLight);
     }
     for (int i = 0; i < LAYER_FACTORS; ++i)
