@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "client/session/convex_body.h"
+#include "client/session/seen_places.h"
 #include "common/math/projection.h"
 #include "common/math/rotation.h"
 
@@ -89,6 +90,28 @@ std::vector<glm::dvec3> seenBody(const Box3d& sceneBounds, std::span<const View>
     return body.corners();
 }
 
+// Adds the corners of what view i sees, and places in it. planes: of the light, relative to that view's eye.
+// inLight: from relative to the eye to the light's frame.
+template <class InLight>
+void addSeen(LightBody& body, const Box3d& sceneBounds, std::span<const View> views, std::size_t i,
+             std::span<const ReceiverRange> receivers, std::vector<Plane> planes, const InLight& inLight) {
+    const View& view = views[i];
+    double farthest = 0.0;
+    const std::vector<glm::dvec3> corners = seenBody(sceneBounds, views, i, receivers, planes);
+    for (const glm::dvec3& corner : corners) {
+        body.points.push_back(inLight(corner));
+        farthest = std::max(farthest, glm::dot(corner, axisOf(view)));
+    }
+    if (!(farthest > 0.0)) return;
+    if (!receivers.empty()) {
+        planes.push_back({axisOf(view), -receivers[i].nearest});
+        planes.push_back({-axisOf(view), receivers[i].farthest});
+    }
+    for (const SeenPlace& place : seenPlaces(view, receivers.empty() ? sceneBounds : receivers[i].boundsWorld, corners,
+                                             planes, kNearShare * farthest))
+        body.places.push_back({inLight(place.relative), place.depth, place.weight});
+}
+
 void setViews(LightBody& body, std::span<const View> views) {
     if (views.empty()) return;
     glm::dvec3 axis(0.0), eye(0.0);
@@ -122,10 +145,8 @@ std::optional<LightBody> directionalBody(const glm::dvec3& directionWorld, const
     if (fit != ShadowFitMode::Scene) {
         setViews(body, views);
         for (std::size_t i = 0; i < views.size(); ++i)
-            for (const glm::dvec3& corner : seenBody(sceneBounds, views, i, receivers)) {
-                body.points.push_back((corner + views[i].eyeWorld) * *worldFromLight);
-                body.eyeDepths.push_back(glm::dot(corner, axisOf(views[i])));
-            }
+            addSeen(body, sceneBounds, views, i, receivers, {},
+                    [&](const glm::dvec3& relative) { return (relative + views[i].eyeWorld) * *worldFromLight; });
     }
     if (body.points.empty()) return std::nullopt;
     // A millionth of the scene, and what double can tell apart at its place; then for a single point at the origin.
@@ -170,23 +191,21 @@ std::optional<LightBody> spotBody(const glm::dvec3& positionWorld, const glm::dv
         for (Plane& plane : planes) plane.offset += glm::dot(plane.normal, originRelative);
         return planes;
     };
-    const auto include = [&](const glm::dvec3& cornerRelative) {
-        glm::dvec3 cornerLight = cornerRelative * axes;
-        cornerLight.z = std::min(cornerLight.z, -result.nearDistance);
-        result.points.push_back(cornerLight);
+    const auto inFront = [&](const glm::dvec3& relativeToLight) {
+        glm::dvec3 pointLight = relativeToLight * axes;
+        pointLight.z = std::min(pointLight.z, -result.nearDistance);
+        return pointLight;
     };
     if (fit == ShadowFitMode::Scene) {
         ConvexBody body(sceneBounds, positionWorld);
         for (const Plane& plane : pyramid) body.cut(plane);
-        for (const glm::dvec3& corner : body.corners()) include(corner);
+        for (const glm::dvec3& corner : body.corners()) result.points.push_back(inFront(corner));
     } else {
         setViews(result, views);
         for (std::size_t i = 0; i < views.size(); ++i) {
             const glm::dvec3 eyeRelative = views[i].eyeWorld - positionWorld;
-            for (const glm::dvec3& corner : seenBody(sceneBounds, views, i, receivers, pyramidAt(eyeRelative))) {
-                include(corner + eyeRelative);
-                result.eyeDepths.push_back(glm::dot(corner, axisOf(views[i])));
-            }
+            addSeen(result, sceneBounds, views, i, receivers, pyramidAt(eyeRelative),
+                    [&](const glm::dvec3& relative) { return inFront(relative + eyeRelative); });
         }
     }
     if (result.points.empty()) return std::nullopt;

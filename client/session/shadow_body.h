@@ -9,6 +9,10 @@
 
 namespace umbriel {
 
+// Nobody stands with the nose on a receiver: eye distances below this share of the largest are taken as this. Without
+// it the air before the eye would get most of the map wherever the eye is inside the scene's box.
+inline constexpr double kNearShare = 1.0 / 16.0;
+
 // What one light's map must hold, in the light's frame: relative to its origin, rotated by its axes; the light shines
 // along -z. A place "across" the light is a point of a plane on which every ray of light is one point: (x, y) in metres
 // for a directional light, (x, y) / -z for one that stands somewhere.
@@ -18,8 +22,13 @@ struct LightBody {
     glm::dvec3 originWorld{0.0};     // the light; of a directional light a point near the eyes
     std::vector<glm::dvec3> points;  // corners of what some view sees (or of the whole scene), light frame; in front of
                                      // a perspective light
-    std::vector<double> eyeDepths;  // of each point along the axis of the view that sees it, metres; empty when no view
-                                    // counts (fit `scene`)
+    struct Place {
+        glm::dvec3 point{0.0};  // light frame, in front of a perspective light
+        double depth = 0.0;     // from the eye, metres
+        double weight = 0.0;
+    };
+    std::vector<Place> places;  // where things may be that the views see (seenPlaces()); empty when no view counts (fit
+                                // `scene`), or where all is one point
     double nearDistance = 0.0;      // along -z from the origin; between them lies all that may cast
     double farDistance = 0.0;
     double smallest = 0.0;  // a map's least extent across

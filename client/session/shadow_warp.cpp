@@ -8,24 +8,27 @@ namespace umbriel {
 
 namespace {
 
-// Nobody stands with the nose on a receiver: eye distances below this share of the largest are taken as this. Without
-// it the air before the eye would get most of the map wherever the eye is inside the scene's box.
-constexpr double kNearShare = 1.0 / 16.0;
 // w varies by no more over a map: at 4096 a float's 24 bits leave 12 for the place in it.
 constexpr double kMaxWidening = 256.0;
 
 struct Corner {
-    double x = 0.0, y = 0.0;  // across the light; y along the view's direction, from 0 at the body's near end
-    double depth = 0.0;       // from the eye, metres, not below the near share
-    double scale = 1.0;       // metres per unit across the light
+    double x = 0.0, y = 0.0;  // across the light; y from 0 at the body's near end
 };
 
-// The body in a frame turned into the view's direction.
+// A place that is seen.
+struct Seen {
+    double y = 0.0;
+    double depth = 0.0;  // from the eye, over what texels grow with: metres per unit across the light
+    double weight = 0.0;
+};
+
+// The body in a frame whose y leads away from the eye.
 struct TurnedBody {
     glm::dmat3 turnedFromAcross{1.0};
     double turn = 0.0;   // radians from the nearest quarter turn of the light's own axes: those make the same map
-    double share = 0.0;  // of the turn, 0 to 1: how much the view's direction means
+    double share = 0.0;  // of the turn, 0 to 1: how much that direction means
     std::vector<Corner> corners;
+    std::vector<Seen> seen;
     double length = 0.0;  // largest y
     bool usable = false;
 };
@@ -59,51 +62,82 @@ double minimise(double lower, double upper, Function&& function) {
     return 0.5 * (lower + upper);
 }
 
-glm::dvec3 middleOf(const LightBody& body) {
-    glm::dvec3 lower = body.points.front(), upper = lower;
-    for (const glm::dvec3& point : body.points) {
-        lower = glm::min(lower, point);
-        upper = glm::max(upper, point);
+// How depth grows across the light, by least squares over the places. What a warp should follow is how far away things
+// are that lie at a place of the map. That is the view's direction as the light sees it only where they fill a volume
+// evenly: on a ground that the light grazes the two are 40 degrees apart.
+struct DepthSlope {
+    glm::dvec2 gradient{0.0};  // per unit across the light
+    double mean = 0.0;         // depth, over what texels grow with
+    double explained = 0.0;    // of the depths' variance by the gradient, 0 to 1
+};
+
+double depthOf(const LightBody& body, const LightBody::Place& place) {
+    return place.depth / (body.perspective ? -place.point.z : 1.0);
+}
+
+DepthSlope depthSlopeOf(const LightBody& body) {
+    DepthSlope slope;
+    double weight = 0.0;
+    glm::dvec2 middle(0.0);
+    for (const LightBody::Place& place : body.places) {
+        weight += place.weight;
+        middle += place.weight * body.across(place.point);
+        slope.mean += place.weight * depthOf(body, place);
     }
-    return 0.5 * (lower + upper);
+    if (!(weight > 0.0)) return slope;
+    middle /= weight;
+    slope.mean /= weight;
+    glm::dmat2 spread(0.0);
+    glm::dvec2 together(0.0);
+    double variance = 0.0;
+    for (const LightBody::Place& place : body.places) {
+        const glm::dvec2 off = body.across(place.point) - middle;
+        const double deeper = depthOf(body, place) - slope.mean;
+        spread += place.weight * glm::outerProduct(off, off);
+        together += place.weight * deeper * off;
+        variance += place.weight * deeper * deeper;
+    }
+    // Places that lie nearly on a line say nothing about the way across it.
+    const double ridge = 5e-4 * (spread[0][0] + spread[1][1]);
+    spread[0][0] += ridge;
+    spread[1][1] += ridge;
+    if (!(glm::determinant(spread) > 0.0 && variance > 0.0)) return slope;
+    slope.gradient = glm::inverse(spread) * together;
+    slope.explained = glm::dot(slope.gradient, together) / variance;
+    return slope;
 }
 
 TurnedBody turned(const LightBody& body) {
     TurnedBody result;
-    if (body.eyeDepths.size() != body.points.size() || body.points.empty()) return result;
-    // How a step along the view's axis looks from the light.
-    const glm::dvec3 middle = middleOf(body);
-    glm::dvec2 along(body.axisLight);
-    if (body.perspective) {
-        const glm::dvec2 tangent = body.across(middle);
-        along += tangent * body.axisLight.z;
-    }
-    const double sine = glm::length(along);
-    if (!(sine > 1e-9)) return result;
-    const glm::dvec2 u = along / sine;
+    if (body.places.empty() || body.points.empty()) return result;
+    const DepthSlope slope = depthSlopeOf(body);
+    const double rise = glm::length(slope.gradient);
+    if (!(rise > 0.0) || !std::isfinite(rise)) return result;
+    const glm::dvec2 u = slope.gradient / rise;
     // Rows: the new x and y axes.
     result.turnedFromAcross = glm::transpose(glm::dmat3(u.y, -u.x, 0.0, u.x, u.y, 0.0, 0.0, 0.0, 1.0));
     const double angle = std::atan2(u.x, u.y);
     result.turn = angle - std::round(angle / 1.5707963267948966) * 1.5707963267948966;
-    result.share = smoothStep(0.02, 0.2, sine);
-    double lowest = std::numeric_limits<double>::infinity();
-    double farthest = 0.0;
-    for (std::size_t i = 0; i < body.points.size(); ++i) {
-        const glm::dvec3 t = result.turnedFromAcross * glm::dvec3(body.across(body.points[i]), 1.0);
-        result.corners.push_back({t.x, t.y, body.eyeDepths[i], body.perspective ? -body.points[i].z : 1.0});
+    double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+    for (const glm::dvec3& point : body.points) {
+        const glm::dvec3 t = result.turnedFromAcross * glm::dvec3(body.across(point), 1.0);
+        result.corners.push_back({t.x, t.y});
         lowest = std::min(lowest, t.y);
-        farthest = std::max(farthest, body.eyeDepths[i]);
+        highest = std::max(highest, t.y);
     }
-    if (!(farthest > 0.0)) return result;
-    for (Corner& corner : result.corners) {
-        corner.y -= lowest;
-        corner.depth = std::max(corner.depth, kNearShare * farthest);
-        result.length = std::max(result.length, corner.y);
+    for (Corner& corner : result.corners) corner.y -= lowest;
+    result.length = highest - lowest;
+    for (const LightBody::Place& place : body.places) {
+        const double y = glm::dot(u, body.across(place.point)) - lowest;
+        // Places may lie a little beyond what is seen of the box.
+        result.seen.push_back({std::clamp(y, 0.0, result.length), depthOf(body, place), place.weight});
     }
+    // A direction means nothing where depths hardly differ, and where they differ in every direction alike.
+    result.share = smoothStep(0.02, 0.2, rise * result.length / slope.mean) * smoothStep(0.01, 0.25, slope.explained);
     glm::dmat3 shift(1.0);
     shift[2][1] = -lowest;
     result.turnedFromAcross = shift * result.turnedFromAcross;
-    result.usable = result.length > body.smallest;
+    result.usable = result.length > body.smallest && result.share > 0.0;
     return result;
 }
 
@@ -138,22 +172,20 @@ glm::dmat3 warpOf(const TurnedBody& body, double steepness) {
     return glm::dmat3(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0) * warp * body.turnedFromAcross;
 }
 
-// The steepness 1 / n of the light-space perspective. The worst texel over the corners, d (s y + 1)^2 / ((1 + s d) z)
-// for each, has one minimum in s.
+// The steepness 1 / n of the light-space perspective: for which the mean over what is seen of a texel's length on the
+// picture, (1 + s y)^2 / ((1 + s d) depth), is smallest. With A, B, C the weighted sums of 1, y, y^2 over depth that is
+// (A + 2 B s + C s^2) / (1 + s d), and its derivative is 0 where C d s^2 + 2 C s = A d - 2 B.
 double bestSteepness(const TurnedBody& body) {
-    const double d = body.length;
-    const auto worst = [&](double widening) {
-        double largest = 0.0;
-        for (const Corner& corner : body.corners) {
-            const double w = 1.0 + widening * corner.y / d;
-            largest = std::max(largest, corner.scale * w * w / corner.depth);
-        }
-        return largest / (1.0 + widening);
-    };
-    const double best = std::expm1(
-        minimise(0.0, std::log(kMaxWidening), [&](double logarithm) { return worst(std::expm1(logarithm)); }));
-    // The search ends next to the minimum, not on it: next to none is none.
-    return best < 1e-6 ? 0.0 : best / d;
+    double a = 0.0, b = 0.0, c = 0.0;
+    for (const Seen& seen : body.seen) {
+        const double t = seen.y / body.length, weight = seen.weight / seen.depth;
+        a += weight;
+        b += weight * t;
+        c += weight * t * t;
+    }
+    if (!(c > 0.0)) return kMaxWidening / body.length;
+    const double gain = std::max(a - 2.0 * b, 0.0) / c;
+    return std::min(body.share * gain / (1.0 + std::sqrt(1.0 + gain)), kMaxWidening) / body.length;
 }
 
 }  // namespace
@@ -203,7 +235,7 @@ glm::dmat3 trapezoidWarp(const LightBody& body, const ShadowFitRequest& request)
 glm::dmat3 perspectiveWarp(const LightBody& body, const ShadowFitRequest&) {
     const glm::dmat3 identity(1.0);
     const double agreement = glm::length(body.axisLight);
-    if (body.eyeDepths.size() != body.points.size() || body.points.empty() || !(agreement > 1e-6)) return identity;
+    if (body.places.empty() || body.points.empty() || !(agreement > 1e-6)) return identity;
     const glm::dvec3 forward = body.axisLight / agreement;
     // Any frame around the axis that does not jump while it turns past the light: across it, the light's x.
     const glm::dvec3 side = std::abs(forward.x) < 0.99 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);

@@ -244,9 +244,8 @@ TEST(ShadowWarp, TheTrapezoidKeepsTheEightyPercentRule) {
     for (const double y : {0.0, 10.0})
         for (const double x : {-1.0, 1.0}) {
             body.points.push_back({x * (1.0 + 0.2 * y), y, -1.0});
-            body.eyeDepths.push_back(1.0 + y);
+            body.places.push_back({body.points.back(), 1.0 + y, 1.0});
         }
-    body.axisLight = {0.0, 1.0, 0.0};
     body.smallest = 1e-6;
     for (const double range : {0.1, 0.3, 0.6}) {
         ShadowFitRequest request = requestFor(ShadowMode::Trapezoid);
@@ -261,7 +260,7 @@ TEST(ShadowWarp, TheTrapezoidKeepsTheEightyPercentRule) {
     }
 }
 
-// With two corners that decide, the search finds the paper's optimum.
+// Of things at two ends that the eye sees equally much of, the mean texel is smallest for the paper's n.
 TEST(ShadowWarp, LispFindsThePapersOptimum) {
     for (const double z0 : {1.0, 2.0, 4.0}) {
         LightBody body;
@@ -269,20 +268,90 @@ TEST(ShadowWarp, LispFindsThePapersOptimum) {
         for (const double y : {0.0, d})
             for (const double x : {-1.0, 1.0}) {
                 body.points.push_back({x, y, -1.0});
-                body.eyeDepths.push_back(y == 0.0 ? z0 : z1);
+                body.places.push_back({body.points.back(), y == 0.0 ? z0 : z1, 1.0});
             }
-        body.axisLight = {0.0, 1.0, 0.0};
         body.smallest = 1e-6;
         for (const float factor : {0.5f, 1.0f, 4.0f}) {
             ShadowFitRequest request = requestFor(ShadowMode::LightSpacePerspective);
             request.lispFactor = factor;
             const glm::dmat3 warp = lispWarp(body, request);
             const double n = 1.0 / warp[1][2] * (warp * glm::dvec3(0.0, 0.0, 1.0)).z;
+            ASSERT_TRUE(std::isfinite(n));
             EXPECT_NEAR(n, double(factor) * d * (z0 + std::sqrt(z0 * z1)) / (z1 - z0), 1e-4 * n) << z0;
         }
         ShadowFitRequest uniform = requestFor(ShadowMode::LightSpacePerspective);
         uniform.lispFactor = std::numeric_limits<float>::infinity();
         EXPECT_TRUE(isAffine(lispWarp(body, uniform)));
+    }
+}
+
+// Things anywhere: no other near distance makes the texels shorter on the mean.
+RC_GTEST_PROP(ShadowWarp, LispsMeanTexelIsTheShortest, ()) {
+    LightBody body;
+    body.smallest = 1e-6;
+    for (const double y : {0.0, 10.0})
+        for (const double x : {-3.0, 3.0}) body.points.push_back({x, y, -1.0});
+    for (int i = *rc::gen::inRange(3, 20); i > 0; --i) {
+        const double x = *rc::gen::inRange(-300, 301) * 0.01, y = *rc::gen::inRange(0, 1001) * 0.01;
+        body.places.push_back({{x, y, -1.0}, 1.0 + y + 0.01 * *rc::gen::inRange(0, 100), 1.0});
+    }
+    const auto meanTexel = [&](float factor) {
+        ShadowFitRequest request = requestFor(ShadowMode::LightSpacePerspective);
+        request.lispFactor = factor;
+        const glm::dmat3 warp = lispWarp(body, request);
+        // The direction that w grows in; along it a texel has w^2 of its length where w is 1, and the map 1 / (1 + s
+        // d).
+        const glm::dvec2 along(warp[0][2], warp[1][2]);
+        if (along == glm::dvec2(0.0)) return 0.0;
+        double lowest = std::numeric_limits<double>::infinity(), highest = -lowest, sum = 0.0;
+        for (const glm::dvec3& point : body.points) {
+            const double w = (warp * glm::dvec3(body.across(point), 1.0)).z;
+            lowest = std::min(lowest, w);
+            highest = std::max(highest, w);
+        }
+        for (const LightBody::Place& place : body.places) {
+            const double w = (warp * glm::dvec3(body.across(place.point), 1.0)).z / lowest;
+            sum += w * w / place.depth;
+        }
+        return sum * lowest / highest;
+    };
+    const double best = meanTexel(1.0f);
+    RC_PRE(best > 0.0);
+    for (const float factor : {0.5f, 0.9f, 1.1f, 2.0f}) RC_ASSERT(meanTexel(factor) >= best * (1.0 - 1e-9));
+}
+
+// On a ground the depth of what lies at a place of the map is a plane; the warp follows it, wherever the view looks.
+TEST(ShadowWarp, TheWarpFollowsTheDepthOfWhatIsSeen) {
+    for (const double angle : {0.0, 0.4, 1.3, -2.0}) {
+        const glm::dvec2 along(std::cos(angle), std::sin(angle));
+        LightBody body;
+        body.smallest = 1e-6;
+        body.axisLight = {0.0, 1.0, 0.0};
+        for (const double y : {0.0, 5.0, 10.0})
+            for (const double x : {-4.0, 0.0, 4.0}) {
+                body.points.push_back({x, y, -1.0});
+                body.places.push_back({body.points.back(), 40.0 + 2.0 * glm::dot(along, glm::dvec2(x, y)), 1.0});
+            }
+        for (const ShadowMode mode : {ShadowMode::LightSpacePerspective, ShadowMode::Trapezoid}) {
+            const ShadowFitRequest request = requestFor(mode);
+            const glm::dmat3 warp =
+                mode == ShadowMode::Trapezoid ? trapezoidWarp(body, request) : lispWarp(body, request);
+            ASSERT_FALSE(isAffine(warp));
+            const glm::dvec2 grows = glm::normalize(glm::dvec2(warp[0][2], warp[1][2]));
+            EXPECT_NEAR(glm::distance(grows, along), 0.0, 2e-3) << angle;
+        }
+    }
+}
+
+TEST(ShadowWarp, AnOrthographicViewHasNoNearEnd) {
+    View view = viewFrom({0, 10, 50}, {0, 0, 0});
+    view.clipFromView = reversedOrthographic(-30, 30, -20, 20, 0.1, 500.0);
+    view.orthographic = true;
+    for (const ShadowMode mode : {ShadowMode::LightSpacePerspective, ShadowMode::Trapezoid}) {
+        const auto fit = fitDirectional({0.4, -1, 0.3}, kTown, {&view, 1}, requestFor(mode));
+        const auto plain = fitDirectional({0.4, -1, 0.3}, kTown, {&view, 1}, requestFor(ShadowMode::Standard));
+        ASSERT_TRUE(fit && plain);
+        EXPECT_EQ(fit->clipFromWorld, plain->clipFromWorld);
     }
 }
 
