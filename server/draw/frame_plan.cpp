@@ -81,6 +81,10 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_SHADOW_VIEW", "view-shadows"},
     {"FEATURE_SHADOW_LIGHT_MAP", "light-map"},
     {"FEATURE_SHADOW_MIXED", "light-map-beside-maps"},
+    {"FEATURE_SHADOW_COPY", "map-copies"},
+    {"FEATURE_SHADOW_FILTER_6", "filter-6x6"},
+    {"FEATURE_SHADOW_FILTER_8", "filter-8x8"},
+    {"FEATURE_SHADOW_SEARCH_6", "search-6x6"},
 };
 
 const char* nameOf(PassKind kind) {
@@ -253,6 +257,9 @@ class Planner {
         }
         if (largest > 0)
             addTarget(fmt::format("shadow maps {}", view), "D32F",
+                      {static_cast<std::int32_t>(largest), static_cast<std::int32_t>(largest)}, maps, 1, 4);
+        if (largest > 0 && demand.copiedMaps)
+            addTarget(fmt::format("shadow map copies {}", view), "R32F buffer",
                       {static_cast<std::int32_t>(largest), static_cast<std::int32_t>(largest)}, maps, 1, 4);
         if (block > 0) {
             const auto blocks = static_cast<std::int32_t>((largest + block - 1) / block);

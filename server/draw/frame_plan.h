@@ -67,7 +67,7 @@ enum class Feature : std::uint32_t {
     Unwrapped,     // the view; of layer shaders
     WorldAxes,     // the object is not turned or scaled: its face normals are the world's
     ShadowColour,  // something of a light is left in full shadow
-    OneLight,  // as many lights reach the item, and come as constants (LightBlock); without any of these: as a list
+    OneLight,      // as many lights reach the item, and come as constants (LightBlock); without any of these: as a list
     TwoLights,
     ThreeLights,
     FourLights,
@@ -86,6 +86,10 @@ enum class Feature : std::uint32_t {
     ShadowView,
     ShadowLightMap,
     ShadowMixed,
+    ShadowCopy,
+    ShadowFilter6,
+    ShadowFilter8,
+    ShadowSearch6,
     Count
 };
 inline constexpr std::uint32_t kFeatureCount = static_cast<std::uint32_t>(Feature::Count);
@@ -155,6 +159,7 @@ struct ViewDemand {
         std::uint32_t maskedCasters = 0;  // of these, cut out by a texture
     };
     std::vector<Shadow> shadows;
+    bool copiedMaps = false;  // their depths are in a buffer, too
     struct LightMap {
         std::uint32_t size = 0;  // texels a side; 0: no surface looks one up
         std::uint32_t lights = 0;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "common/scene/lights.h"
+#include "server/shadow/shadow_maps.h"
 
 namespace umbriel {
 namespace {
@@ -205,6 +206,13 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
         const std::string& name = scene.find(source.light)->name.get();
         list.names.push_back(name.empty() ? std::to_string(source.light.value) : name);
     }
+    // Maps that no buffer can hold are read as they are.
+    std::uint64_t texels = 0;
+    for (const ShadowFit* fit : list.fits) texels += std::uint64_t{fit->mapSize} * fit->mapSize;
+    if (texels > kLargestCopyTexels)
+        for (FeatureSet& set : features)
+            set &= ~(bit(Feature::ShadowCopy) | bit(Feature::ShadowFilter6) | bit(Feature::ShadowFilter8) |
+                     bit(Feature::ShadowSearch6));
     std::uint32_t blocks = 0;
     for (const std::vector<std::uint32_t>& set : tree.lightSets()) {
         LightList::Run run;

@@ -57,6 +57,8 @@ ViewDemand demandOf(const Aspect& scene, const ViewScene& view) {
         }
         demand.shadows.push_back(shadow);
     }
+    demand.copiedMaps = std::any_of(view.lights.runs.begin(), view.lights.runs.end(),
+                                    [](const LightList::Run& run) { return has(run.features, Feature::ShadowCopy); });
     if (view.lightMap) demand.lightMap = {view.lightMap->size(), view.lightMap->layers(), view.lightMap->bytes()};
     demand.screen = view.screen;
     demand.show = view.viewport->show;
@@ -225,7 +227,7 @@ class SceneRenderer final : public Renderer {
             const auto layers = static_cast<std::uint32_t>(
                 std::count_if(demands[i].shadows.begin(), demands[i].shadows.end(),
                               [](const ViewDemand::Shadow& shadow) { return shadow.demand.mapTexels > 0; }));
-            auto reserved = _shadowMaps[i].maps.reserve(mapSize, layers, block);
+            auto reserved = _shadowMaps[i].maps.reserve(mapSize, layers, block, demands[i].copiedMaps);
             if (!reserved) return reserved.error();
             if (*reserved) _shadowMaps[i].drawn.clear();
             _shadowMaps[i].drawn.resize(std::max<std::size_t>(_shadowMaps[i].drawn.size(), layers));

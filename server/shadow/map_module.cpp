@@ -59,7 +59,19 @@ ShadowFeatureSet MapModule::features(const ShadowFit& fit) const {
            (fit.filter.nearestBlocker ? bit(ShadowFeature::NearestBlocker) : 0) |
            (fit.filter.bilinear ? bit(ShadowFeature::Bilinear) : 0) |
            (fit.filter.boundsBlock > 0 ? bit(ShadowFeature::Skip) : 0) |
-           (boundsBlock(fit) > 0 ? bit(ShadowFeature::Bounds) : 0);
+           (boundsBlock(fit) > 0 ? bit(ShadowFeature::Bounds) : 0) | lookupFeatures(fit);
+}
+
+ShadowFeatureSet MapModule::lookupFeatures(const ShadowFit& fit) const {
+    // The plain loop reads the map itself.
+    if ((_features & bit(ShadowFeature::Filter)) == 0 || fit.filter.boundsBlock == 0) return 0;
+    ShadowFeatureSet features = bit(ShadowFeature::Copy);
+    const bool isSoft = (_features & bit(ShadowFeature::SoftFilter)) != 0;
+    const std::uint32_t side = isSoft ? fit.filter.filterSamples : fit.filter.samplesPerRow;
+    if (!fit.filter.bilinear && side == 6) features |= bit(ShadowFeature::Filter6);
+    if (!fit.filter.bilinear && side == 8) features |= bit(ShadowFeature::Filter8);
+    if (isSoft && fit.filter.blockerSamples == 6) features |= bit(ShadowFeature::Search6);
+    return features;
 }
 
 std::uint32_t MapModule::boundsBlock(const ShadowFit& fit) const {

@@ -20,6 +20,8 @@ class MapModule final : public ShadowModule {
  private:
     // Texels a side of the blocks whose bounds are worth having; 0: none asked for, or no filter fits into one.
     std::uint32_t boundsBlock(const ShadowFit& fit) const;
+    // Of how filters read the map.
+    ShadowFeatureSet lookupFeatures(const ShadowFit& fit) const;
 
     std::string_view _name;
     ShadowFeatureSet _features;

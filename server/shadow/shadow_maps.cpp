@@ -5,9 +5,16 @@
 #include "server/shadow/shadow_module.h"
 
 namespace umbriel {
+namespace {
 
-Result<bool> ShadowMaps::reserve(std::uint32_t mapSize, std::uint32_t layers, std::uint32_t boundsBlock) {
-    if (mapSize == _mapSize && layers <= _framebuffers.size() && boundsBlock == _boundsBlock) return false;
+// As in shaders/snippet/shadow_filter.glsl.
+constexpr GLuint kCopyImageUnit = 0;
+
+}  // namespace
+
+Result<bool> ShadowMaps::reserve(std::uint32_t mapSize, std::uint32_t layers, std::uint32_t boundsBlock, bool copies) {
+    if (mapSize == _mapSize && layers <= _framebuffers.size() && boundsBlock == _boundsBlock && copies == _hasCopies)
+        return false;
     GLint maxSize = 0;
     GLint maxLayers = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &maxSize);
@@ -62,6 +69,8 @@ Result<bool> ShadowMaps::reserve(std::uint32_t mapSize, std::uint32_t layers, st
     _boundsBlock = boundsBlock;
     _mapSize = mapSize;
     if (auto made = reserveTiles(); !made) return made.error();
+    _hasCopies = copies;
+    if (auto made = reserveCopies(layers); !made) return made.error();
     return true;
 }
 
@@ -86,6 +95,28 @@ Result<void> ShadowMaps::reserveTiles() {
     return {};
 }
 
+Result<void> ShadowMaps::reserveCopies(std::uint32_t layers) {
+    _copyTexture = {};
+    _copies = {};
+    if (!_hasCopies) return {};
+    GLint most = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
+    const std::uint64_t texels = std::uint64_t{_mapSize} * _mapSize * layers;
+    if (texels > static_cast<std::uint64_t>(most))
+        return failure(
+            fmt::format("copies of {} shadow maps of {} texels are more than this driver's buffer textures hold "
+                        "({} texels); choose a smaller --map-size, or --shadow-set skipUniform=false",
+                        layers, _mapSize, most));
+    auto made = gl::Buffer::create(texels * sizeof(float), 0);
+    if (!made) return made.error();
+    _copies = std::move(*made);
+    GLuint texture = 0;
+    glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture);
+    _copyTexture = gl::Name<gl::deleteTexture>(texture);
+    glTextureBuffer(texture, GL_R32F, _copies.id());
+    return gl::checkError("copies of shadow maps");
+}
+
 Result<void> ShadowMaps::fillBounds(std::uint32_t layer, const ShadowFit& fit, ShadowPainter& painter) {
     glDisable(GL_SCISSOR_TEST);
     glDisable(GL_DEPTH_TEST);
@@ -108,6 +139,7 @@ Result<void> ShadowMaps::fillBounds(std::uint32_t layer, const ShadowFit& fit, S
 }
 
 void ShadowMaps::begin(std::uint32_t layer, const ShadowFit& fit, const PixelRect& texels) {
+    _layer = layer;
     glBindFramebuffer(GL_FRAMEBUFFER, _framebuffers[layer].id());
     const auto side = static_cast<GLsizei>(fit.mapSize);
     glViewport(0, 0, side, side);
@@ -135,17 +167,27 @@ void ShadowMaps::begin(std::uint32_t layer, const ShadowFit& fit, const PixelRec
 void ShadowMaps::end() {
     glDisable(GL_DEPTH_CLAMP);
     glDisable(GL_POLYGON_OFFSET_FILL);
+    if (!_hasCopies) return;
+    const auto side = static_cast<GLsizei>(_mapSize);
+    const std::size_t bytes = std::size_t{_mapSize} * _mapSize * sizeof(float);
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, _copies.id());
+    glGetTextureSubImage(_texture.id(), 0, 0, 0, static_cast<GLint>(_layer), side, side, 1, GL_DEPTH_COMPONENT,
+                         GL_FLOAT, static_cast<GLsizei>(bytes), reinterpret_cast<void*>(bytes * _layer));
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
 }
 
 std::uint64_t ShadowMaps::bytes() const {
     const std::uint64_t blocks = _boundsBlock > 0 ? (_mapSize + _boundsBlock - 1) / _boundsBlock : 0;
     const std::uint64_t tiles = _boundsBlock > 0 ? tilesAlong() : 0;
-    return (std::uint64_t{_mapSize} * _mapSize * 4 + blocks * blocks * 16) * _framebuffers.size() + tiles * tiles * 16;
+    const std::uint64_t texel = _hasCopies ? 8 : 4;
+    return (std::uint64_t{_mapSize} * _mapSize * texel + blocks * blocks * 16) * _framebuffers.size() +
+           tiles * tiles * 16;
 }
 
 void ShadowMaps::bind(GLuint unit, GLuint boundsUnit) const {
     glBindTextureUnit(unit, _texture.id());
     if (_boundsBlock > 0) glBindTextureUnit(boundsUnit, _bounds.id());
+    if (_hasCopies) glBindImageTexture(kCopyImageUnit, _copyTexture.id(), 0, GL_TRUE, 0, GL_READ_ONLY, GL_R32F);
 }
 
 }  // namespace umbriel

@@ -16,8 +16,8 @@ class ShadowMaps;
 // What surface shaders must contain for a light's shadow; each is a `#define FEATURE_...` (Feature of
 // server/draw/frame_plan.h, in this order from Feature::Shadows on).
 enum class ShadowFeature : std::uint32_t {
-    Maps,  // some light has a shadow; without View, from a map
-    Warp,  // some map's texels vary over the map
+    Maps,         // some light has a shadow; without View, from a map
+    Warp,         // some map's texels vary over the map
     Perspective,  // some map spreads from a light that stands somewhere; without: all are parallel
     Cube,
     Hemispheres,
@@ -30,6 +30,10 @@ enum class ShadowFeature : std::uint32_t {
     View,            // no maps: the view's own darkness images
     LightMap,        // some light's factors are in the light map, and the surface is
     Mixed,           // some light is in the light map, and some has maps
+    Copy,            // filters read the maps' depths from a buffer (ShadowMaps::reserve)
+    Filter6,         // with it: filters have 6 x 6 samples
+    Filter8,         // or 8 x 8
+    Search6,         // and the search for blockers 6 x 6; without these: any number
     Count
 };
 using ShadowFeatureSet = std::uint32_t;  // a bit each

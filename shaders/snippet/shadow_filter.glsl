@@ -31,9 +31,41 @@ const float kBilinearReach = 1.0;
 const float kBilinearReach = 0.0;
 #endif
 
+#if defined(FEATURE_SHADOW_COPY) && !defined(VERTEX_STAGE)
+#define HAS_COPY
+// The maps, layer after layer, row after row: llvmpipe (Mesa 22.3) reads a texel of it by 20 instructions, and one of an
+// array of images by a call of 120, as each of its pixels may ask for a mip level of its own.
+layout(binding = 0, r32f) uniform readonly imageBuffer shadowCopies;
+#if defined(FEATURE_SHADOW_FILTER_6)
+#define FILTER_SIDE 6
+#elif defined(FEATURE_SHADOW_FILTER_8)
+#define FILTER_SIDE 8
+#endif
+
+// What the rows of a layer begin with.
+struct CopyPlace {
+    float last;  // row and column
+    int side;
+    int above;  // rows of the layers before
+};
+CopyPlace copyPlaceOf(GpuShadow shadow) {
+    int side = int(shadow.mapSize);
+    return CopyPlace(shadow.mapSize - 1.0, side, int(shadow.layer) * side);
+}
+#endif
+
+float storedAt(sampler2DArray maps, GpuShadow shadow, ivec2 texel) {
+#ifdef HAS_COPY
+    int side = int(shadow.mapSize);
+    return imageLoad(shadowCopies, (int(shadow.layer) * side + texel.y) * side + texel.x).r;
+#else
+    return texelFetch(maps, ivec3(texel, int(shadow.layer)), 0).r;
+#endif
+}
+
 float compareAt(sampler2DArray maps, GpuShadow shadow, ShadowPlace place, vec2 texel) {
     ivec2 nearest = clamp(ivec2(floor(texel)), ivec2(0), ivec2(int(shadow.mapSize) - 1));
-    float stored = texelFetch(maps, ivec3(nearest, int(shadow.layer)), 0).r;
+    float stored = storedAt(maps, shadow, nearest);
     return shadowCompare(-stored, -(place.stored + dot(place.slope, vec2(nearest) + 0.5 - place.texel)));
 }
 
@@ -71,6 +103,60 @@ float averageOver(sampler2DArray maps, GpuShadow shadow, ShadowPlace place, vec2
     return known < 1.5 ? known : sum / weight;
 }
 
+#ifdef FILTER_SIDE
+// Both below for a number of samples that the compiler knows, which it writes out within a row and within a quarter. The
+// samples are those of averageOver() to the bit, and sums of zeros and ones are the same in any order.
+
+float compareCopied(CopyPlace copy, int start, ShadowPlace place, vec2 texel) {
+    float here = place.stored + dot(place.slope, texel + 0.5 - place.texel);
+    return shadowCompare(-imageLoad(shadowCopies, start + int(texel.x)).r, -here);
+}
+
+float averageOverRectangle(GpuShadow shadow, ShadowPlace place, vec2 width, float known) {
+    const float half_ = 0.5 * float(FILTER_SIDE);
+    int rows = known < 1.5 ? 0 : FILTER_SIDE;
+    vec2 step = width / float(FILTER_SIDE);
+    CopyPlace copy = copyPlaceOf(shadow);
+    float sum = 0.0;
+    float y = 0.5 - half_;
+    for (int i = 0; i < rows; ++i) {
+        float row = clamp(floor(place.texel.y + y * step.y), 0.0, copy.last);
+        int start = (copy.above + int(row)) * copy.side;
+        for (int k = 0; k < FILTER_SIDE; ++k) {
+            float column = clamp(floor(place.texel.x + (float(k) + 0.5 - half_) * step.x), 0.0, copy.last);
+            sum += compareCopied(copy, start, place, vec2(column, row));
+        }
+        y += 1.0;
+    }
+    return known < 1.5 ? known : sum / float(FILTER_SIDE * FILTER_SIDE);
+}
+
+float averageOverEllipse(GpuShadow shadow, ShadowPlace place, vec2 width, float known) {
+    const int half_ = FILTER_SIDE / 2;
+    int quarters = known < 1.5 ? 0 : 4;
+    vec2 step = width / float(FILTER_SIDE);
+    CopyPlace copy = copyPlaceOf(shadow);
+    float sum = 0.0;
+    float weight = 0.0;
+    for (int quarter = 0; quarter < quarters; ++quarter) {
+        vec2 away = vec2((quarter & 1) == 0 ? step.x : -step.x, (quarter & 2) == 0 ? step.y : -step.y);
+        weight = 0.0;
+        for (int y = 0; y < half_; ++y) {
+            float row = clamp(floor(place.texel.y + (float(y) + 0.5) * away.y), 0.0, copy.last);
+            int start = (copy.above + int(row)) * copy.side;
+            for (int x = 0; x < half_; ++x) {
+                vec2 offset = vec2(x, y) + 0.5;
+                if (dot(offset, offset) > float(half_ * half_)) continue;
+                float column = clamp(floor(place.texel.x + (float(x) + 0.5) * away.x), 0.0, copy.last);
+                sum += compareCopied(copy, start, place, vec2(column, row));
+                weight += 4.0;
+            }
+        }
+    }
+    return known < 1.5 ? known : sum / weight;
+}
+#endif
+
 // A width across the light in texels of either side, none more than the widest.
 vec2 texelsOf(GpuShadow shadow, ShadowPlace place, float metres) {
     vec2 sides = max(place.texelMetres, vec2(1e-30));
@@ -84,7 +170,11 @@ float filterPercentageCloser(sampler2DArray maps, sampler2DArray bounds, GpuShad
     float decided = decidedAround(bounds, shadow, place, 0.5 * width + kBilinearReach);
     if (place.isOn) known = decided;
 #endif
+#ifdef FILTER_SIDE
+    return averageOverRectangle(shadow, place, width, known);
+#else
     return averageOver(maps, shadow, place, width, false, known);
+#endif
 }
 
 #ifdef FEATURE_SHADOW_SOFT_FILTER
@@ -93,6 +183,20 @@ vec2 penumbraTexels(GpuShadow shadow, ShadowPlace place, float blocker) {
     float behind = max(place.distance - blocker, 0.0) * shadow.lightSize;
     float metres = shadow.isPerspective > 0.5 ? behind / max(blocker, 1e-6 * place.distance) : behind;
     return texelsOf(shadow, place, metres);
+}
+
+// Counts what is stored at a texel's centre where it lies before the place.
+void addBlocker(GpuShadow shadow, ShadowPlace place, float stored, vec2 centre, inout float sum, inout float found) {
+    if (stored > place.stored + dot(place.slope, centre - place.texel)) {
+        float blocker = distanceOf(shadow, stored, centre);
+#ifdef FEATURE_SHADOW_NEAREST_BLOCKER
+        sum = found > 0.0 ? min(sum, blocker) : blocker;
+        found = 1.0;
+#else
+        sum += blocker;
+        found += 1.0;
+#endif
+    }
 }
 
 // Contact-hardening shadows (Fernando 2005): the mean distance of what blocks the light around the place gives the width
@@ -108,27 +212,40 @@ float filterSoft(sampler2DArray maps, sampler2DArray bounds, GpuShadow shadow, S
     float decided = decidedAround(bounds, shadow, place, 0.5 * widest + kBilinearReach);
     if (place.isOn) known = decided;
 #endif
-    int count = int(shadow.blockerSamples);
-    int taps = known < 1.5 || isHard ? 0 : count * count;
-    vec2 step = widest / float(count);
+    vec2 step = widest / float(shadow.blockerSamples);
     vec2 first = place.texel - 0.5 * widest + 0.5 * step;
-    vec2 at = first;
-    int column = 0;
     float sum = 0.0;
     float found = 0.0;
+#ifdef HAS_COPY
+    // As the loop below, row by row.
+#ifdef FEATURE_SHADOW_SEARCH_6
+    const int count = 6;
+#else
+    int count = int(shadow.blockerSamples);
+#endif
+    CopyPlace copy = copyPlaceOf(shadow);
+    int rows = known < 1.5 || isHard ? 0 : count;
+    vec2 at = first;
+    for (int i = 0; i < rows; ++i) {
+        float row = clamp(floor(at.y), 0.0, copy.last);
+        int start = (copy.above + int(row)) * copy.side;
+        at.x = first.x;
+        for (int k = 0; k < count; ++k) {
+            vec2 texel = vec2(clamp(floor(at.x), 0.0, copy.last), row);
+            addBlocker(shadow, place, imageLoad(shadowCopies, start + int(texel.x)).r, texel + 0.5, sum, found);
+            at.x += step.x;
+        }
+        at.y += step.y;
+    }
+#else
+    int count = int(shadow.blockerSamples);
+    int taps = known < 1.5 || isHard ? 0 : count * count;
+    vec2 at = first;
+    int column = 0;
     for (int i = 0; i < taps; ++i) {
         vec2 centre = clamp(floor(at), vec2(0.0), vec2(shadow.mapSize - 1.0)) + 0.5;
         float stored = texelFetch(maps, ivec3(ivec2(centre), int(shadow.layer)), 0).r;
-        if (stored > place.stored + dot(place.slope, centre - place.texel)) {
-            float blocker = distanceOf(shadow, stored, centre);
-#ifdef FEATURE_SHADOW_NEAREST_BLOCKER
-            sum = found > 0.0 ? min(sum, blocker) : blocker;
-            found = 1.0;
-#else
-            sum += blocker;
-            found += 1.0;
-#endif
-        }
+        addBlocker(shadow, place, stored, centre, sum, found);
         ++column;
         at.x += step.x;
         if (column == count) {
@@ -136,10 +253,13 @@ float filterSoft(sampler2DArray maps, sampler2DArray bounds, GpuShadow shadow, S
             at = vec2(first.x, at.y + step.y);
         }
     }
+#endif
     // Without a blocker the place is lit.
     float outcome = known < 1.5 ? known : found == 0.0 ? 1.0 : 2.0;
     vec2 width = penumbraTexels(shadow, place, sum / max(found, 1.0));
-#ifdef FEATURE_SHADOW_SKIP
+#ifdef FILTER_SIDE
+    float soft = averageOverEllipse(shadow, place, width, isHard ? 1.0 : outcome);
+#elif defined(FEATURE_SHADOW_SKIP)
     float soft = averageOver(maps, shadow, place, width, true, isHard ? 1.0 : outcome);
 #else
     // The plain loop, for comparison: every sample is taken.

@@ -60,6 +60,34 @@ TEST_F(Filters, SkippingSamplesIsNoLessAccurateThanThePlainLoop) {
             }
 }
 
+// 6 and 8 samples a row are written out by the compiler, other numbers are not; all read copies of the maps.
+TEST_F(Filters, AnyNumberOfSamplesIsWhatThePlainLoopTakes) {
+    buildTown();
+    finishScene(LightPlace::Directional, {0, 0, 0}, {0.5, -0.7, -0.3}, 0.0f, 0.02f);
+    look({0, 4, 50}, {0, 1, 0});
+    const PixelSize wall{160, 100};
+    for (const ShadowMode mode : {ShadowMode::PercentageCloser, ShadowMode::PercentageCloserSoft})
+        for (const std::uint32_t row : {3u, 5u, 6u, 8u}) {
+            scene->edit(viewport)
+                .set<&Viewport::blockerSamples>(row)
+                .set<&Viewport::filterSamples>(row)
+                .set<&Viewport::samplesPerRow>(row)
+                .set<&Viewport::skipUniform>(true);
+            const auto skipping = factorsOf(mode, wall);
+            EXPECT_NE(renderer->explain().find("shadow map copies"), std::string::npos);
+            scene->edit(viewport).set<&Viewport::skipUniform>(false);
+            const auto plain = factorsOf(mode, wall);
+            EXPECT_EQ(renderer->explain().find("shadow map copies"), std::string::npos);
+            ASSERT_EQ(skipping.size(), 4u);
+            ASSERT_EQ(plain.size(), 4u);
+            std::size_t soft = 0;
+            for (const float value : plain[3].values) soft += value > 0.0f && value < 1.0f;
+            EXPECT_GT(soft, 100u);
+            // As above: the bounds of blocks are sums of rounded numbers.
+            EXPECT_LE(differingPixels(skipping[3], plain[3]), 2u) << int(mode) << ", " << row << " a row";
+        }
+}
+
 TEST_F(Filters, ALightWithoutExtentCastsTheHardShadow) {
     buildTown();
     finishScene(LightPlace::Directional, {0, 0, 0}, {0.5, -0.7, -0.3});
