@@ -121,7 +121,8 @@ void CasterMask::visitRows(Footprint& footprint, double dilation, Visit&& visit)
     const int right = std::min(cell(maximum.x + dilation), kCells - 1);
     const int bottom = std::max(cell(minimum.y - dilation), 0);
     const int top = std::min(cell(maximum.y + dilation), kCells - 1);
-    const bool precise = !everything && right - left > 1 && top - bottom > 1;
+    // Of a few cells the hull leaves out less than finding it costs.
+    const bool precise = !everything && right - left > 4 && top - bottom > 4;
     if (precise) convexHull(footprint.points, footprint.hull);
     for (int y = bottom; y <= top; ++y) {
         int from = left;
