@@ -139,8 +139,8 @@ TEST(GltfCameras, EveryOneHasANameOfItsOwn) {
     const Loaded loaded = load(maker);
     ASSERT_TRUE(loaded.file) << loaded.error();
     std::vector<std::string> names;
-    for (const auto& camera : loaded.root().cameras)
-        names.push_back(loaded.scene->findAs<PerspectiveCamera>(camera)->name.get());
+    for (std::size_t i = 0; i < loaded.root().cameras.size(); ++i)
+        names.push_back(loaded.scene->findAs<PerspectiveCamera>(loaded.root().cameras[i])->name.get());
     EXPECT_EQ(names, (std::vector<std::string>{"south", "camera 1", "south 2", "eye", "eye 2", "eye 3"}));
 }
 
