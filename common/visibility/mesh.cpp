@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "common/base/assert.h"
@@ -18,6 +19,8 @@ constexpr std::size_t kMostIndices = std::size_t{1} << 31;
 // Corners at one position share a map while their normals are less than 120 degrees apart: a cube's corner is one, the
 // two sides of a sheet with a back are two.
 constexpr double kSameSide = -0.5;
+// Of a mean of normals shorter than this share of its weights only the rounding of positions is left, 2^-24 of them.
+constexpr double kCancelled = 1e-6;
 
 // Spreads 21 bits to every third.
 std::uint64_t spread(std::uint64_t x) {
@@ -96,13 +99,31 @@ glm::dvec3 unit(const glm::dvec3& v) {
 
 }  // namespace
 
+double coarseness(const Mesh& mesh) {
+    if (mesh.positions.empty()) return 0.0;
+    glm::dvec3 low(mesh.positions[0]), high(low);
+    for (const glm::vec3& p : mesh.positions) {
+        low = glm::min(low, glm::dvec3(p));
+        high = glm::max(high, glm::dvec3(p));
+    }
+    const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
+    const double step = std::numeric_limits<float>::epsilon() * std::max({farthest.x, farthest.y, farthest.z});
+    const double diagonal = glm::length(high - low);
+    return step > 0.0 ? step / diagonal : 0.0;
+}
+
 Result<BakeMesh> prepare(const Mesh& mesh) {
     if (const auto valid = validate(mesh); !valid) return valid.error();
     BakeMesh out;
     const std::vector<std::uint32_t> positionOf = weld(mesh, out.positions);
 
     // Triangles, and each loaded vertex's angle-weighted normal.
+    struct Corners {
+        glm::dvec3 first{0.0};  // the first one's normal, as it is weighted
+        double weights = 0.0;
+    };
     std::vector<glm::dvec3> vertexNormal(mesh.positions.size(), glm::dvec3(0.0));
+    std::vector<Corners> vertexCorners(mesh.positions.size());
     std::vector<std::uint32_t> ownCount(out.positions.size() + 1, 0);
     for (std::size_t t = 0; t < mesh.indices.size(); t += 3) {
         const std::array<std::uint32_t, 3> v{mesh.indices[t], mesh.indices[t + 1], mesh.indices[t + 2]};
@@ -118,12 +139,20 @@ Result<BakeMesh> prepare(const Mesh& mesh) {
         for (int k = 0; k < 3; ++k) {
             const glm::dvec3 e0 = p[(k + 1) % 3] - p[k], e1 = p[(k + 2) % 3] - p[k];
             const double angle = std::atan2(glm::length(glm::cross(e0, e1)), glm::dot(e0, e1));
+            Corners& corners = vertexCorners[v[k]];
+            if (corners.weights == 0.0) corners.first = normal * angle;
+            corners.weights += angle;
             vertexNormal[v[k]] += normal * angle;
             ++ownCount[corner[k] + 1];
         }
     }
     if (out.triangles.empty()) {
-        return badInput(fmt::format("all {} triangles of the mesh are degenerate", out.degenerateTriangles));
+        return badInput(
+            fmt::format("all {} triangles of the mesh are degenerate: corners are one point or lie on a line{}",
+                        out.degenerateTriangles,
+                        coarseness(mesh) > 0.1 ? ", since numbers as large as its coordinates are not exact "
+                                                 "enough; move it to the origin"
+                                               : ""));
     }
     std::partial_sum(ownCount.begin(), ownCount.end(), ownCount.begin());
     out.ownBegin = ownCount;
@@ -142,6 +171,9 @@ Result<BakeMesh> prepare(const Mesh& mesh) {
     std::vector<std::uint32_t> sideOf(mesh.positions.size(), kNoRow);
     std::vector<std::vector<std::uint32_t>> atPosition(out.positions.size());
     for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {
+        // Both faces of a sheet at one vertex cancel: it is on the side of the first.
+        if (glm::length(vertexNormal[v]) <= kCancelled * vertexCorners[v].weights)
+            vertexNormal[v] = vertexCorners[v].first;
         const glm::dvec3 normal = unit(vertexNormal[v]);
         if (normal == glm::dvec3(0.0)) {
             ++out.unlitVertices;
@@ -159,6 +191,8 @@ Result<BakeMesh> prepare(const Mesh& mesh) {
         }
         sides[sideOf[v]].sum += vertexNormal[v];
     }
+
+    UMBRIEL_ASSERT(!sides.empty(), "the corners of a triangle with an area have a side");
 
     // Z-curve over the box.
     glm::dvec3 low(out.positions[0]), high(low);

@@ -24,7 +24,9 @@ inline constexpr std::uint32_t kNoRow = ~0u;
 // What one visibility map belongs to: a position and a side of the surface.
 struct Row {
     std::uint32_t position = 0;  // index into BakeMesh::positions
-    glm::vec3 normal{0, 0, 1};   // angle-weighted mean over its triangles, unit length
+    // Angle-weighted mean over its triangles, unit length. Where triangles of one vertex face opposite ways, so that
+    // nothing is left of the mean, the first one's.
+    glm::vec3 normal{0, 0, 1};
 };
 
 // A mesh made ready for baking. Rows are along a Z-curve, so that rays of neighbours touch the same memory and shards
@@ -51,6 +53,11 @@ struct BakeMesh {
 // Bad input: no triangles, indices out of range or not three for each triangle, coordinates that are not finite or
 // above 1e18 (their products would overflow), more than 2^31 indices.
 Result<BakeMesh> prepare(const Mesh& mesh);
+
+// The step between neighbouring coordinates (up to twice it) where the mesh is farthest from the origin, as a share of
+// its diagonal, of all its vertices: how coarse its shape may have become by where it stands. Infinite for a single
+// point away from the origin.
+double coarseness(const Mesh& mesh);
 
 // Axes of a vertex: z is the normal, x and y from it without a branch that jumps (Duff et al. 2017).
 glm::mat3 vertexAxes(const glm::vec3& normal);

@@ -84,6 +84,46 @@ TEST(BakeMesh, DegenerateTrianglesAndUnusedVerticesAreCounted) {
     EXPECT_EQ(mesh->rows.size(), 4u);
 }
 
+TEST(BakeMesh, AVertexWhoseFacesCancelIsOnTheSideOfTheFirst) {
+    // Both faces of one triangle over the same three vertices, exactly opposite and opposite but for rounding.
+    for (const float lift : {0.0f, 1e-7f}) {
+        for (const bool turned : {false, true}) {
+            Mesh m{{{0, 0, 0}, {1, 0, 0}, {0, 1, lift}, {0, 1, 0}}, {0, 1, 2, 0, 3, 1}};
+            if (lift == 0.0f) m.indices[4] = 2;
+            if (turned)
+                m.indices = {m.indices[3], m.indices[4], m.indices[5], m.indices[0], m.indices[1], m.indices[2]};
+            const auto mesh = prepare(m);
+            ASSERT_TRUE(mesh);
+            EXPECT_EQ(mesh->triangles.size(), 2u);
+            EXPECT_EQ(mesh->unlitVertices, lift == 0.0f ? 1u : 0u);
+            for (const int shared : {0, 1}) {
+                ASSERT_NE(mesh->vertexRow[shared], kNoRow);
+                EXPECT_NEAR(mesh->rows[mesh->vertexRow[shared]].normal.z, turned ? -1.0f : 1.0f, 1e-6f);
+            }
+        }
+    }
+    // Of a corner that is nearly as sharp the mean is what is left: three slopes of a needle point along it.
+    const float h = 1e3f;
+    const auto needle =
+        prepare({{{0, 0, h}, {1, 0, 0}, {-0.5f, 0.8660254f, 0}, {-0.5f, -0.8660254f, 0}}, {0, 1, 2, 0, 2, 3, 0, 3, 1}});
+    EXPECT_GT(needle->rows[needle->vertexRow[0]].normal.z, 0.9999f);
+}
+
+TEST(BakeMesh, WhatIsFarFromTheOriginIsSaidToBeCoarse) {
+    const auto moved = [](float by) {
+        Mesh m = test::plate(2);
+        for (glm::vec3& p : m.positions) p += by;
+        return m;
+    };
+    const double diagonal = prepare(moved(0))->diagonal;
+    EXPECT_LT(coarseness(moved(0)), 1e-6);
+    EXPECT_NEAR(coarseness(moved(1024)) * diagonal, 0x1p-13, 0x1p-20);
+    EXPECT_EQ(coarseness({}), 0.0);
+    const auto refused = prepare(moved(1e9f));
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("move it to the origin"), std::string::npos) << refused.error().message;
+}
+
 TEST(BakeMesh, HashTellsMeshesApart) {
     const Mesh a = test::plate(2);
     Mesh b = a, c = a;
