@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <numeric>
 
 #include "common/base/assert.h"
@@ -27,6 +28,7 @@ constexpr std::size_t kClassBytes = 64;
 // Rows and vertices beyond this are a lie: 2^31 indices are the most that prepare() takes.
 constexpr std::uint64_t kMostRows = std::uint64_t{1} << 32;
 constexpr int kCompression = 3;
+constexpr std::size_t kVerticesAtOnce = std::size_t{1} << 15;
 
 template <class T>
 void put(Bytes& out, const T& value) {
@@ -384,7 +386,42 @@ Result<Bytes> MapFile::read(std::size_t rowBlock, MapContent content) const {
     return raw;
 }
 
+Result<void> MapFile::verifyVertexTable() const {
+    if (_vertexTable.empty()) return {};
+    const auto known = [&](std::span<const std::uint32_t> rows) {
+        return std::ranges::all_of(rows, [&](std::uint32_t row) { return row == kNoRow || row < _header.totalRows; });
+    };
+    const Error unknown = damaged("a vertex names a row that does not exist");
+    const std::uint64_t raw = _header.vertexCount * 4;
+    // In pieces: how many vertices there are is only what the file says.
+    std::vector<std::uint32_t> rows(kVerticesAtOnce);
+    if (_vertexTable.size() == raw) {
+        for (std::size_t at = 0; at < raw; at += kVerticesAtOnce * 4) {
+            const auto piece = _vertexTable.subspan(at, std::min<std::size_t>(kVerticesAtOnce * 4, raw - at));
+            std::memcpy(rows.data(), piece.data(), piece.size());
+            if (!known(std::span(rows).first(piece.size() / 4))) return unknown;
+        }
+        return {};
+    }
+    const Error broken = damaged("the table of vertices does not unpack");
+    if (ZSTD_getFrameContentSize(_vertexTable.data(), _vertexTable.size()) != raw) return broken;
+    const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(), &ZSTD_freeDCtx);
+    ZSTD_inBuffer in{_vertexTable.data(), _vertexTable.size(), 0};
+    std::uint64_t unpacked = 0;
+    for (std::size_t left = 1; left != 0;) {
+        ZSTD_outBuffer piece{rows.data(), kVerticesAtOnce * 4, 0};
+        left = ZSTD_decompressStream(context.get(), &piece, &in);
+        // All of the input is there, so a piece is full unless it is the last.
+        if (ZSTD_isError(left) || (left != 0 && piece.pos < piece.size)) return broken;
+        if (!known(std::span(rows).first(piece.pos / 4))) return unknown;
+        unpacked += piece.pos;
+    }
+    if (unpacked != raw || in.pos != in.size) return broken;
+    return {};
+}
+
 Result<void> MapFile::verify() const {
+    if (const auto sound = verifyVertexTable(); !sound) return sound.error();
     for (std::size_t block = 0; block < rowBlockCount(); ++block) {
         for (const MapContent content : contentsOf(_header.contents)) {
             if (const auto raw = read(block, content); !raw) return raw.error();
@@ -407,7 +444,18 @@ Result<MergePlan> MergePlan::make(std::span<const MapFile> shards, bool allowMix
     bool mixed = false;
     for (const std::size_t shard : order) {
         const MapFile& file = shards[shard];
-        MapHeader h = file._header;
+        const MapHeader& h = file._header;
+        // Another bake first: its rows, and what its last bits depend on, say nothing.
+        MapHeader alike = h;
+        alike.bakeClass = whole.bakeClass;
+        alike.firstRow = whole.firstRow;
+        alike.rowCount = whole.rowCount;
+        alike.contentHash = whole.contentHash;
+        if (alike != whole) {
+            return badInput(
+                fmt::format("{} and {} are not of the same bake (mesh, mapping, guard, limit or contents differ)",
+                            first._what, file._what));
+        }
         if (h.firstRow != next) {
             return badInput(h.firstRow > next ? fmt::format("rows {} to {} are in no shard", next, h.firstRow)
                                               : fmt::format("{}: rows from {} on are in another shard as well",
@@ -422,15 +470,6 @@ Result<MergePlan> MergePlan::make(std::span<const MapFile> shards, bool allowMix
                                 first._what, whole.bakeClass, file._what, h.bakeClass));
             }
             mixed = true;
-        }
-        h.bakeClass = whole.bakeClass;
-        h.firstRow = whole.firstRow;
-        h.rowCount = whole.rowCount;
-        h.contentHash = whole.contentHash;
-        if (h != whole) {
-            return badInput(
-                fmt::format("{} and {} are not of the same bake (mesh, mapping, guard, limit or contents differ)",
-                            first._what, file._what));
         }
         for (const MapFile::Block& b : file._blocks) {
             entries.push_back({0, b.storedBytes, b.rawBytes, b.storedHash, b.rawHash, b.content, b.rows});

@@ -88,7 +88,7 @@ class MapFile {
     Result<std::vector<std::uint32_t>> vertexRows(std::uint64_t vertexCount) const;
     // The uncompressed rows of a block: rows firstRow + kRowsPerBlock * rowBlock and on.
     Result<Bytes> read(std::size_t rowBlock, MapContent content) const;
-    // Reads all blocks.
+    // Reads all blocks and the table of vertices.
     Result<void> verify() const;
 
  private:
@@ -104,6 +104,7 @@ class MapFile {
     std::span<const std::byte> _vertexTable;  // stored
 
     Error damaged(const std::string& reason) const;
+    Result<void> verifyVertexTable() const;
 };
 
 // How shards become one file: a new beginning, then pieces of the shards as they are, so that merging needs no memory

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
 #include <cstring>
+#include <iterator>
 
 #include "common/visibility/bake.h"
 #include "tests/unit/visibility/test_meshes.h"
@@ -145,6 +147,25 @@ TEST(MapFile, LiesAboutCountsAreRefusedBeforeMemoryIsTaken) {
     const Bytes f = lie(40, 1ull << 31, 8);
     const auto file = MapFile::open(f, "liar");
     EXPECT_TRUE(!file || !file->vertexRows(2400));
+    // Who has no mesh to compare with finds the table of another length.
+    EXPECT_TRUE(!file || !file->verify());
+}
+
+TEST(MapFile, ATableThatNamesRowsBeyondTheMeshIsNotSound) {
+    const auto baker = Baker::create(sample().mesh, BakeSettings());
+    std::vector<EncodedBlock> blocks;
+    for (std::uint32_t block = 0; block < 3; ++block)
+        std::ranges::move((*baker)->block(block), std::back_inserter(blocks));
+    const auto sound = [&](std::size_t vertex, std::uint32_t row) {
+        std::vector<std::uint32_t> rows = sample().mesh.vertexRow;
+        rows[vertex] = row;
+        const Bytes file = *assembleShard((*baker)->header(), rows, blocks);
+        return static_cast<bool>(MapFile::open(file, "table")->verify());
+    };
+    EXPECT_TRUE(sound(0, kNoRow));
+    EXPECT_TRUE(sound(2399, 2399));
+    EXPECT_FALSE(sound(0, 2400));
+    EXPECT_FALSE(sound(2399, kNoRow - 1));
 }
 
 TEST(MapFile, AnotherMeshIsRefusedInWords) {
@@ -173,6 +194,19 @@ TEST(MapFile, ShardsMustFitTogether) {
     other.farShare = 0.5;
     const Bytes far = *bakeShard(sample().mesh, other, 1024, 1024);
     EXPECT_FALSE(merge(std::vector{open(s[0]), open(far), open(s[2])}));
+    // Said of another bake first, whatever its rows are and whoever baked it.
+    MapHeader stranger = MapFile::open(far, "far")->header();
+    stranger.bakeClass = "another machine";
+    const auto elsewhere = Baker::create(sample().mesh, other);
+    for (const std::uint64_t row : {0, 1024, 2048}) {
+        stranger.firstRow = row;
+        stranger.rowCount = std::min<std::uint64_t>(1024, 2400 - row);
+        const Bytes part = *assembleShard(stranger, sample().mesh.vertexRow,
+                                          (*elsewhere)->block(static_cast<std::uint32_t>(row / 1024)));
+        const auto refused = merge(std::vector{open(s[0]), open(part), open(s[2])});
+        ASSERT_FALSE(refused);
+        EXPECT_NE(refused.error().message.find("not of the same bake"), std::string::npos) << refused.error().message;
+    }
 
     // Of another class: only when asked for.
     other.farShare = BakeSettings().farShare;
