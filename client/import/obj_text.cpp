@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <functional>
 #include <vector>
 
@@ -47,8 +48,9 @@ NumberKind kindOf(std::string_view word) {
     if (!word.empty() && word.front() == '+') word.remove_prefix(1);
     double value = 0.0;
     const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    const bool underflow = error == std::errc::result_out_of_range && std::abs(value) < 1.0;
-    if ((error != std::errc() && !underflow) || stop != word.data() + word.size()) return NumberKind::None;
+    if (error == std::errc::invalid_argument || stop != word.data() + word.size()) return NumberKind::None;
+    // Of a number that is too large or too small from_chars tells only that; strtod gives infinity or 0.
+    if (error == std::errc::result_out_of_range) value = std::strtod(std::string(word).c_str(), nullptr);
     return std::isfinite(value) && std::abs(value) <= kLargest ? NumberKind::Finite : NumberKind::Huge;
 }
 

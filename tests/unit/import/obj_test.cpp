@@ -130,8 +130,16 @@ TEST_F(Obj, NumbersThatAreNoneAreRefusedWithTheirLine) {
     expectRefused("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "line 2: 'nan' is not a finite coordinate");
     expectRefused("v 0 0 0\nv 1 -inf 0\nv 0 1 0\nf 1 2 3\n", "line 2: '-inf' is not a finite coordinate");
     expectRefused("v 0 0 0\nv 1 1e39 0\nv 0 1 0\nf 1 2 3\n", "line 2: '1e39' is not a finite coordinate");
+    expectRefused("v 0 0 0\nv 1 -1e999 0\nv 0 1 0\nf 1 2 3\n", "line 2: '-1e999' is not a finite coordinate");
+    expectRefused("v 0 0 0\nv 1 " + std::string(400, '9') + " 0\nv 0 1 0\nf 1 2 3\n", "is not a finite coordinate");
     expectRefused("v 0 0 0\nv 1 zero 0\nv 0 1 0\nf 1 2 3\n", "line 2: 'zero' is not a number");
     expectRefused("v 0 0\n", "line 1: has 2 numbers where 3 are needed");
+}
+
+TEST_F(Obj, NumbersTooSmallToHoldAreZero) {
+    const Loaded loaded = loadText("v 0 0 1e-999\nv 1 0 -1e-400\nv 0 1 0\nf 1 2 3\n");
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    for (const glm::vec3& p : loaded.only<Geometry>().positions.toVector()) EXPECT_EQ(p.z, 0.0f);
 }
 
 // Never a partial scene: triangles, quads and polygons alike.
