@@ -36,6 +36,8 @@ constexpr double kFirstRayDegrees = 6.0;
 constexpr double kFirstRayDegreesWide = 7.5;
 constexpr double kWideFovyDegrees = 160.0;
 constexpr int kMostLocalServers = 64;
+// At 100 diagonals from the origin, where meshes may well stand, steps of coordinates are 1e-5 of the diagonal.
+constexpr double kCoarse = 1e-4;
 
 double radians(double degrees) {
     return degrees * std::numbers::pi / 180.0;
@@ -73,7 +75,10 @@ Result<BakeSettings> settingsOf(const BakeArguments& a) {
         return badInput(fmt::format("--guard '{}': expected exact, fast or fast-fan", a.guard));
     if (a.far) {
         if (!(*a.far > 0.0 && std::isfinite(*a.far))) {
-            return badInput(fmt::format("--far {}: expected more than 0 percent of the mesh's diagonal", *a.far));
+            return badInput(
+                fmt::format("--far {}: expected a number of percent of the mesh's diagonal, above 0; "
+                            "without --far there is no limit",
+                            *a.far));
         }
         settings.farShare = *a.far / 100.0;
     }
@@ -124,6 +129,9 @@ Result<LocalBakeOptions> optionsOf(const BakeArguments& a) {
     if (!a.atlas.empty() && !a.atlas.ends_with(".exr")) {
         return badInput(fmt::format("--atlas '{}': expected a name ending in .exr", a.atlas));
     }
+    if (sameFile(a.out, a.scene)) return badInput(fmt::format("--out '{}' is the mesh itself", a.out));
+    if (!a.atlas.empty() && sameFile(a.atlas, a.out))
+        return badInput(fmt::format("--atlas '{}' is the file of the maps: the picture would replace them", a.atlas));
     LocalBakeOptions options{.out = a.out, .threads = a.threads, .shards = a.shards, .resume = a.resume};
     if (!a.shard.empty()) {
         if (a.shards > 0) return badInput("--shards and --shard: give one of the two");
@@ -226,10 +234,18 @@ Result<void> bake(const BakeArguments& a, std::ostream& out, std::ostream& err) 
 
     std::vector<std::string> warnings = input->warnings;
     if (mesh->unlitVertices > 0) {
-        warnings.push_back(fmt::format("{} vertices have no triangle and get no map", mesh->unlitVertices));
+        warnings.push_back(
+            fmt::format("{} vertices have no triangle with an area and get no map", mesh->unlitVertices));
     }
     if (mesh->degenerateTriangles > 0) {
         warnings.push_back(fmt::format("{} triangles without area are left out", mesh->degenerateTriangles));
+    }
+    if (const double share = visibility::coarseness(*loaded); share > kCoarse) {
+        warnings.push_back(
+            fmt::format("so far from the origin its coordinates are rounded to {:.2g} of the mesh's diagonal, and its "
+                        "maps are those "
+                        "of the rounded shape; move it nearer",
+                        share));
     }
     if (std::string warning = firstRayWarning(settings->mapping); !warning.empty()) warnings.push_back(warning);
     if (!a.quiet) {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <system_error>
 
 #include "client/import/load_scene.h"
 #include "client/import/procedural.h"
@@ -102,6 +103,12 @@ Result<visibility::Mesh> concatenated(const MeshInput& input) {
         }
     }
     return all;
+}
+
+bool sameFile(const std::filesystem::path& a, const std::filesystem::path& b) {
+    std::error_code error;
+    const bool same = std::filesystem::equivalent(a, b, error);
+    return error ? a.lexically_normal() == b.lexically_normal() : same;
 }
 
 Result<void> writeObj(const std::string& path, const visibility::Mesh& mesh) {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,9 @@ Result<MeshInput> loadMeshes(const std::string& scene, bool verticesAsWritten = 
 
 // All parts one after the other: vertex and triangle numbers count on.
 Result<visibility::Mesh> concatenated(const MeshInput& input);
+
+// Whether writing one would take the other away: links are followed, names that lead nowhere yet compared as they are.
+bool sameFile(const std::filesystem::path& a, const std::filesystem::path& b);
 
 // Wavefront OBJ: v and f lines, coordinates that read back as the same bits. Appears whole or not at all.
 Result<void> writeObj(const std::string& path, const visibility::Mesh& mesh);

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -20,6 +21,11 @@
 
 namespace umbriel::visibility {
 namespace {
+
+// Of 921,600 texels of a SinglePlane 32 among 300 triangles 32 differ from rays at 0.1 degrees and 325 at 179, all of
+// them at silhouettes; 2969 at 0.001 and 1410 at 179.9, where texels are as narrow as the rounding of a matrix.
+constexpr double kGlNarrowest = 0.1 * std::numbers::pi / 180.0;
+constexpr double kGlWidest = 179.0 * std::numbers::pi / 180.0;
 
 bool has(std::uint32_t contents, MapContent content) {
     return (contents & static_cast<std::uint32_t>(content)) != 0;
@@ -77,6 +83,13 @@ Result<void> check(const BakeSettings& s) {
         if (directionFrame(s.mapping) == DirectionFrame::Object) {
             return badInput("the octahedral mapping needs no index maps: all vertices share its directions");
         }
+    }
+    if (s.maker == MapMaker::Gl && s.mapping.kind == MappingKind::SinglePlane &&
+        !(s.mapping.fovy >= kGlNarrowest && s.mapping.fovy <= kGlWidest)) {
+        return badInput(
+            fmt::format("the gl maker draws in single precision, which holds openings of {:g} to {:g} "
+                        "degrees; --maker rays takes any",
+                        kGlNarrowest * 180.0 / std::numbers::pi, kGlWidest * 180.0 / std::numbers::pi));
     }
     if (s.maker != MapMaker::Rays && (s.guard != trace::Guard::Exact || has(s.contents, MapContent::HitDistance))) {
         return badInput(fmt::format("the {} maker has the exact guard only, and no hit distances",

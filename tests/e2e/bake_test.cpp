@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "common/image/exr_io.h"
@@ -220,18 +221,66 @@ TEST(Bake, MapsAreDrawnByAServer) {
     }
 }
 
+// Back to back triangles over the same vertices: their normals cancel.
+TEST(Bake, BothFacesOfASheetMayShareTheirVertices) {
+    TemporaryFolder folder;
+    writeFile(folder / "leaf.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 3 2\n");
+    const Outcome outcome =
+        run("umbriel", {"bake", folder / "leaf.obj", "--json", "--quiet", "--out", folder / "leaf.umvis"});
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+    EXPECT_EQ(json::parse(outcome.out)["vertices"], 3);
+}
+
+TEST(Bake, WhatIsReadIsNeverReplaced) {
+    TemporaryFolder folder;
+    const std::string mesh = folder / "box.obj", maps = folder / "box.umvis";
+    writeFile(mesh, boxObj());
+    std::filesystem::create_symlink("box.obj", std::string(folder / "link.obj"));
+    for (const std::string& out : {mesh, folder / "./box.obj", folder / "link.obj"}) {
+        const Outcome outcome = run("umbriel", {"bake", mesh, "--size", "8", "--out", out});
+        EXPECT_EQ(outcome.exitCode, 2) << out;
+        EXPECT_NE(outcome.err.find("is the mesh itself"), std::string::npos) << outcome.err;
+    }
+    EXPECT_EQ(readFile(mesh), boxObj());
+    const std::string both = folder / "both.exr";
+    EXPECT_EQ(run("umbriel", {"bake", mesh, "--size", "8", "--out", both, "--atlas", both}).exitCode, 2);
+    EXPECT_EQ(folder.names(), (std::vector<std::string>{"box.obj", "link.obj"}));
+}
+
+TEST(Bake, AMeshFarFromTheOriginIsWarnedOf) {
+    TemporaryFolder folder;
+    writeFile(folder / "near.obj", sheetObj(3));
+    writeFile(folder / "far.obj", "v 1000000 0 0\nv 1000001 0 0\nv 1000000 1 0\nf 1 2 3\n");
+    const auto bake = [&](const std::string& file) {
+        return run("umbriel", {"bake", file, "--size", "32", "--out", folder / "maps.umvis"});
+    };
+    EXPECT_EQ(bake(folder / "near.obj").err, "");
+    const Outcome far = bake(folder / "far.obj");
+    EXPECT_EQ(far.exitCode, 0);
+    EXPECT_NE(far.err.find("rounded to 0.084 of the mesh's diagonal"), std::string::npos) << far.err;
+}
+
 TEST(Bake, WhatThisVersionCannotDoIsRefusedAtOnce) {
     TemporaryFolder folder;
     const std::string out = folder / "maps.umvis";
-    const std::vector<std::vector<std::string>> wrong{
-        {"--maker", "gl", "--shard", "0/2"},       {"--servers", "nonsense"},
-        {"--local", "0"},        {"--mapping", "sphere"},
-        {"--size", "7"},         {"--mapping", "singleplane"},
-        {"--fovy", "90"},        {"--far", "0"},
-        {"--guard", "none"},     {"--shard", "3/3"},
-        {"--shard", "1/2/3"},    {"--shards", "2", "--shard", "0/2"},
-        {"--atlas", "maps.png"}, {"--index", "--environment", "9999x9999"},
-        {"--threads", "-1"}};
+    const std::vector<std::vector<std::string>> wrong{{"--maker", "gl", "--shard", "0/2"},
+                                                      {"--servers", "nonsense"},
+                                                      {"--local", "0"},
+                                                      {"--mapping", "sphere"},
+                                                      {"--size", "7"},
+                                                      {"--mapping", "singleplane"},
+                                                      {"--fovy", "90"},
+                                                      {"--far", "0"},
+                                                      {"--maker", "gl", "--mapping", "singleplane", "--fovy", "0.01"},
+                                                      {"--maker", "gl", "--mapping", "singleplane", "--fovy", "179.9"},
+                                                      {"--servers", "127.0.0.1:9,127.0.0.1:9"},
+                                                      {"--guard", "none"},
+                                                      {"--shard", "3/3"},
+                                                      {"--shard", "1/2/3"},
+                                                      {"--shards", "2", "--shard", "0/2"},
+                                                      {"--atlas", "maps.png"},
+                                                      {"--index", "--environment", "9999x9999"},
+                                                      {"--threads", "-1"}};
     for (std::vector<std::string> arguments : wrong) {
         const std::string what = arguments[0] + " " + arguments.back();
         arguments.insert(arguments.begin(), {"bake", "demo:cloth", "--out", out});
