@@ -173,12 +173,21 @@ int runTrade(const TradeArguments& arguments, const std::filesystem::path& serve
         if (!path.ends_with(".csv") && !path.ends_with(".json") && !path.ends_with(".html"))
             return exitCodeOf(
                 badInput(fmt::format("--out '{}': expected a name ending in .csv, .json or .html", path)));
+    // What cannot be written is known before minutes of measuring.
+    std::vector<std::filesystem::path> files(arguments.out.begin(), arguments.out.end());
+    if (arguments.store && arguments.preset.empty()) files.push_back(tradeFileOf(arguments.scene.scene));
+    for (const std::filesystem::path& file : files)
+        if (const auto probe = AtomicFile::create(file); !probe) return exitCodeOf(probe.error());
     if (!arguments.preset.empty()) return runTradePreset(arguments, serverProgram, out);
 
     auto result = sweep(arguments, serverProgram);
     if (!result) return exitCodeOf(result.error());
     std::optional<std::size_t> chosen;
-    if (arguments.maxError || arguments.budget || arguments.store) {
+    const bool chooses = arguments.maxError || arguments.budget || arguments.store;
+    if (chooses && !(result->judgedShare > 0.0)) {
+        // Every setting would be without error.
+        result->notes.push_back("nothing is chosen: no light reaches what is seen, so no shadow was judged");
+    } else if (chooses) {
         chosen = choose(result->rows, arguments.maxError, arguments.budget);
         if (chosen) {
             TradeRow& row = result->rows[*chosen];
@@ -196,13 +205,14 @@ int runTrade(const TradeArguments& arguments, const std::filesystem::path& serve
             return exitCodeOf(stored.error());
         result->notes.push_back(fmt::format("stored in {}: umbriel render and view take it", path.string()));
     }
-    if (const auto written = writeTradeReports(arguments.out, {&*result, 1}, {}); !written) return exitCodeOf(written.error());
+    // First what needs no disk.
     if (arguments.json)
         out << tradeJson(*result);
     else if (!arguments.scene.quiet)
         printTrade(*result, out);
-    const bool unmet = (arguments.maxError || arguments.budget) && !chosen;
-    return out.good() && !unmet ? 0 : 1;
+    if (const auto written = writeTradeReports(arguments.out, {&*result, 1}, {}); !written)
+        return exitCodeOf(written.error());
+    return out.good() && (chosen || !chooses) ? 0 : 1;
 }
 
 }  // namespace umbriel

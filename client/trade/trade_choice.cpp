@@ -17,6 +17,10 @@ namespace fs = std::filesystem;
 
 // A front has a few points; a file that is longer is none of ours.
 constexpr std::uintmax_t kMaxBytes = 1 << 20;
+// What umbriel trade measures at most.
+constexpr double kMostTexels = 16384.0;
+constexpr double kWidestFilter = 1e6;
+constexpr double kMostSamples = 64.0;
 
 Json toJson(const StoredTrade::Point& point) {
     Json json = {{"technique", point.setting.technique}, {"map_size", point.setting.mapSize}};
@@ -31,6 +35,20 @@ Json toJson(const StoredTrade::Point& point) {
     json["wall_ms"] = point.wallMilliseconds;
     json["cpu_ms"] = point.cpuMilliseconds;
     return json;
+}
+
+// Numbers of another sign or size would wrap around. Empty when all are possible. Throws what nlohmann throws.
+std::string impossible(const Json& point) {
+    const auto within = [&](const char* key, double lowest, double highest) -> std::string {
+        if (!point.contains(key)) return {};
+        const double value = point[key].get<double>();
+        if (value >= lowest && value <= highest) return {};
+        return fmt::format("a {} of {} is not between {} and {}", key, value, lowest, highest);
+    };
+    for (const std::string& problem : {within("map_size", 0.0, kMostTexels), within("filter", 0.0, kWidestFilter),
+                                       within("samples", 1.0, kMostSamples)})
+        if (!problem.empty()) return problem;
+    return {};
 }
 
 // Throws what nlohmann throws; readTrade() catches.
@@ -89,8 +107,12 @@ Result<std::optional<StoredTrade>> readTrade(const fs::path& path) {
         if (json.at("umbriel_trade").get<int>() != 1) return bad("of another version");
         StoredTrade trade;
         trade.scene = json.at("scene").get<std::string>();
+        if (const std::string why = impossible(json.at("chosen")); !why.empty()) return bad(why);
         trade.chosen = pointOf(json.at("chosen"));
-        for (const Json& point : json.at("front")) trade.front.push_back(pointOf(point));
+        for (const Json& point : json.at("front")) {
+            if (const std::string why = impossible(point); !why.empty()) return bad(why);
+            trade.front.push_back(pointOf(point));
+        }
         return std::optional(std::move(trade));
     } catch (const nlohmann::json::exception& problem) {
         return bad(problem.what());

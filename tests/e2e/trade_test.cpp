@@ -86,6 +86,29 @@ TEST(Trade, AStoredChoiceIsTakenByRenderAndAWantedErrorThatNothingKeepsIsAFailur
     EXPECT_NE(broken.err.find("umtrade.json"), std::string::npos) << broken.err;
 }
 
+TEST(Trade, WithoutAJudgedShadowNothingIsChosen) {
+    TemporaryFolder folder;
+    const std::string scene = folder / "floor.obj";
+    writeFile(scene, "v -5 0 5\nv 5 0 5\nv 5 0 -5\nv -5 0 -5\nf 1 2 3\nf 1 3 4\n");
+    const Outcome outcome =
+        run("umbriel", with({"trade", scene, "--light", "none", "--max-error", "0.5", "--store"}, kSmall));
+    EXPECT_EQ(outcome.exitCode, 1);
+    EXPECT_NE(outcome.out.find("nothing is chosen"), std::string::npos) << outcome.out;
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"floor.obj"});
+}
+
+TEST(Trade, WhatCannotBeWrittenIsSaidBeforeAnythingIsMeasured) {
+    TemporaryFolder folder;
+    for (const std::string preset : {"", "table2"}) {
+        std::vector<std::string> arguments{"trade", "demo:palms", "--out", folder / "nowhere/t.csv"};
+        if (!preset.empty()) arguments.insert(arguments.end(), {"--preset", preset});
+        // Nobody answers at this address, which would be said otherwise.
+        const Outcome outcome = run("umbriel", with(arguments, {"--servers", "127.0.0.1:9"}));
+        EXPECT_EQ(outcome.exitCode, 1);
+        EXPECT_NE(outcome.err.find("nowhere"), std::string::npos) << outcome.err;
+    }
+}
+
 TEST(Trade, WrongUsageIsRefusedInWords) {
     for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
              {"trade"},

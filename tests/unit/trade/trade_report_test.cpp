@@ -124,6 +124,26 @@ TEST_F(StoredTradeFile, IsNoneWhereThereIsNoneAndAnErrorWhereItIsBroken) {
     }
 }
 
+TEST_F(StoredTradeFile, NumbersThatWouldWrapAroundAreRefused) {
+    const auto isRead = [&](const std::string& chosen, const std::string& first) {
+        const auto point = [](const std::string& more) {
+            return R"({"technique": "pcf", "error": 0.1, "wall_ms": 1, "cpu_ms": 1, )" + more + "}";
+        };
+        std::ofstream(folder / "x.umtrade.json") << R"({"umbriel_trade": 1, "scene": "s", "chosen": )" << point(chosen)
+                                                 << R"(, "front": [)" << point(first) << "]}";
+        return static_cast<bool>(readTrade(folder / "x.umtrade.json"));
+    };
+    const std::string sound = R"("map_size": 512, "filter": 8, "samples": 6)";
+    EXPECT_TRUE(isRead(sound, sound));
+    for (const char* wrong :
+         {R"("map_size": -5)", R"("map_size": 1000000000)", R"("map_size": 1099511627840)", R"("map_size": 1e300)",
+          R"("map_size": 512, "filter": -1)", R"("map_size": 512, "filter": 1e9)", R"("map_size": 512, "samples": 0)",
+          R"("map_size": 512, "samples": 4294967300)"}) {
+        EXPECT_FALSE(isRead(wrong, sound)) << wrong;
+        EXPECT_FALSE(isRead(sound, wrong)) << wrong;
+    }
+}
+
 TEST(StoredTradePath, IsBesideFilesAndHereForDemos) {
     EXPECT_EQ(tradeFileOf("a/b.gltf"), "a/b.gltf.umtrade.json");
     EXPECT_EQ(tradeFileOf("demo:city?n=5"), "demo-city-n-5.umtrade.json");
