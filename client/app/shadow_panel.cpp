@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "client/app/arguments.h"
+#include "client/app/viewport_text.h"
 #include "client/session/field_text.h"
 #include "client/session/shadow_fit.h"
 #include "common/scene/type_descriptor.h"
@@ -43,8 +44,7 @@ std::string meaningOf(std::string_view name, const std::string& value) {
     const auto number = numberOf<std::uint32_t>(value);
     if (isMode(name)) return std::string(briefOf(static_cast<ShadowMode>(number)));
     if (name == "show") return std::string(nameOf(static_cast<ShadowShow>(number)));
-    constexpr std::string_view kFits[kEnumCount<ShadowFitMode>] = {"union", "scene", "per-view"};
-    if (name == "shadowFit" && number < kEnumCount<ShadowFitMode>) return std::string(kFits[number]);
+    if (name == "shadowFit") return std::string(nameOf(static_cast<ShadowFitMode>(number)));
     return {};
 }
 
@@ -132,12 +132,11 @@ void ShadowPanel::set() {
     if (_typed.empty()) return;
     std::string value;
     std::swap(value, _typed);
-    // Modes and views by their names, too.
-    if (isMode(field()))
-        if (const auto mode = parseShadowMode(value)) value = std::to_string(static_cast<std::uint32_t>(*mode));
-    if (field() == "show")
-        if (const auto show = parseShow(value)) value = std::to_string(static_cast<std::uint32_t>(*show));
-    change(value);
+    // Modes, views and fits by their names, too.
+    if (const auto text = viewportFieldText(field(), value))
+        change(*text);
+    else
+        _message = text.error().message;
 }
 
 void ShadowPanel::refuse(const std::string& why) {

@@ -6,20 +6,21 @@
 #include <numbers>
 
 #include "client/app/illumination_overrides.h"
-#include "client/import/intensity_table.h"
+#include "client/app/viewport_text.h"
 #include "client/import/brdf_import.h"
 #include "client/import/environment_import.h"
+#include "client/import/intensity_table.h"
 #include "client/session/camera.h"
 #include "client/session/field_text.h"
+#include "common/base/assert.h"
 #include "common/light/environment_map.h"
 #include "common/math/box.h"
 #include "common/math/lafortune_fit.h"
 #include "common/math/rotation.h"
-#include "common/scene/materials.h"
 #include "common/scene/lights.h"
+#include "common/scene/materials.h"
 #include "common/scene/shading_values.h"
 #include "common/scene/traversal.h"
-#include "common/base/assert.h"
 
 namespace umbriel {
 namespace {
@@ -280,8 +281,11 @@ static Result<void> setFields(Aspect& scene, const Stage& stage, const StageOpti
         const std::size_t equals = text.find('=');
         if (equals == 0 || equals == std::string::npos)
             return badInput(fmt::format("--shadow-set '{}': expected FIELD=VALUE, as in offBias=0.5", text));
+        const std::string field = text.substr(0, equals);
+        const auto value = viewportFieldText(field, text.substr(equals + 1));
+        if (!value) return badInput(fmt::format("--shadow-set {}: {}", field, value.error().message));
         for (const Ref<Viewport>& viewport : scene.get(stage.window).viewports.toVector())
-            if (const auto set = setField(scene, viewport.id, text.substr(0, equals), text.substr(equals + 1)); !set)
+            if (const auto set = setField(scene, viewport.id, field, *value); !set)
                 return badInput("--shadow-set: " + set.error().message);
     }
     return {};

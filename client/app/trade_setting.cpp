@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "client/app/arguments.h"
+#include "client/app/viewport_text.h"
 #include "client/session/field_text.h"
 
 namespace umbriel {
@@ -14,13 +15,9 @@ Result<Technique> parseTechnique(const std::string& text) {
     if (!mode) return mode.error();
     technique.mode = *mode;
     if (colon == std::string::npos) return technique;
-    const std::string fit = text.substr(colon + 1);
-    if (fit == "scene")
-        technique.fit = ShadowFitMode::Scene;
-    else if (fit == "per-view")
-        technique.fit = ShadowFitMode::PerView;
-    else if (fit != "union")
-        return badInput(fmt::format("technique '{}': '{}' is no fit; expected union, scene or per-view", text, fit));
+    const auto fit = parseShadowFit(text.substr(colon + 1));
+    if (!fit) return badInput(fmt::format("technique '{}': {}", text, fit.error().message));
+    technique.fit = *fit;
     return technique;
 }
 
