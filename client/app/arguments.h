@@ -17,6 +17,7 @@ namespace umbriel {
 
 // Parsers of what users type. Every error names the argument, what was given, and what is expected.
 
+// "CxR": how many tiles a wall is cut into.
 struct GridArgument {
     std::int32_t columns = 1;
     std::int32_t rows = 1;

@@ -8,6 +8,7 @@
 
 namespace umbriel {
 
+// The command line of `umbriel bake export`.
 struct BakeExportArguments {
     std::filesystem::path maps;  // .umvis
     std::string out;             // .exr; .png: what it shows in 8 bits, for eyes only
@@ -23,6 +24,7 @@ struct BakeExportArguments {
 // runBake().
 int runBakeExport(const BakeExportArguments& arguments, std::ostream& out, std::ostream& err);
 
+// The command line of `umbriel bake import`.
 struct BakeImportArguments {
     std::filesystem::path picture;  // .exr
     std::string mesh;               // what it was baked of: the picture says how, not what

@@ -9,6 +9,7 @@
 
 namespace umbriel {
 
+// The command line of `umbriel bake`.
 struct BakeArguments {
     std::string scene;  // .gltf, .glb, .obj or demo:NAME
     std::string mapping = "hemisphere";
@@ -56,6 +57,7 @@ struct BakeArguments {
 // Exit codes: 0 done; 2 wrong usage or bad input; 1 it could not be done. The message of 1 and 2 goes to `err`.
 int runBake(const BakeArguments& arguments, std::ostream& out, std::ostream& err);
 
+// The command line of `umbriel bake merge`.
 struct BakeMergeArguments {
     std::vector<std::filesystem::path> shards;
     std::string out;

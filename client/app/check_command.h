@@ -9,6 +9,7 @@
 
 namespace umbriel {
 
+// The command line of `umbriel check`.
 struct CheckArguments {
     std::string scene;             // .gltf, .glb, .obj or demo:NAME
     std::optional<double> weld{};  // vertices nearer than this become one; metres, 0: equal coordinates

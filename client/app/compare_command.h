@@ -8,6 +8,7 @@
 
 namespace umbriel {
 
+// The command line of `umbriel compare`: two pictures and how they are looked at.
 struct CompareOptions {
     std::filesystem::path a;
     std::filesystem::path b;

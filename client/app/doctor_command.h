@@ -5,6 +5,7 @@
 
 namespace umbriel {
 
+// The command line of `umbriel doctor`.
 struct DoctorOptions {
     bool json = false;
 };

@@ -8,6 +8,7 @@
 
 namespace umbriel {
 
+// The command line of `umbriel hdr`: one radiance map of several exposures.
 struct HdrOptions {
     // JPEG or PNG, 8 bits, one size, of one still scene from one place; any order.
     std::vector<std::filesystem::path> photographs;

@@ -8,6 +8,7 @@
 
 namespace umbriel {
 
+// The command line of `umbriel models`.
 struct ModelsArguments {
     SceneArguments scene;  // size: of each picture
     std::string out;       // .png of all pictures; empty: none

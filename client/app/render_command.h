@@ -52,6 +52,7 @@ struct SceneArguments {
 };
 inline constexpr int kMaxDefaultServers = 16;
 
+// The command line of `umbriel render`.
 struct RenderArguments {
     SceneArguments scene;
     std::vector<std::string> out;

@@ -8,6 +8,7 @@
 
 namespace umbriel {
 
+// The command line of `umbriel sheet`.
 struct SheetArguments {
     SheetArguments() { scene.size = "240x150"; }
 

@@ -28,6 +28,7 @@ struct StereoArguments {
     double separation = 0.065;             // metres between the eyes
 };
 
+// What the command line puts beside a loaded scene: the camera, the lights, what is behind everything.
 struct StageOptions {
     CameraArguments camera;
     std::vector<LightArgument> lights;

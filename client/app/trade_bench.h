@@ -14,6 +14,7 @@
 
 namespace umbriel {
 
+// How a scene is measured for the trade of error against cost.
 struct TradeBenchOptions {
     std::optional<double> lightSize;  // metres, directional: radians; of all lights, for soft truth
     TruthOptions truth;

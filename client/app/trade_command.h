@@ -13,6 +13,7 @@
 
 namespace umbriel {
 
+// The command line of `umbriel trade`.
 struct TradeArguments {
     SceneArguments scene;
     std::string techniques;  // "std,std:scene,lisp"; empty: all this version draws

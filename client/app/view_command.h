@@ -6,6 +6,7 @@
 
 namespace umbriel {
 
+// The command line of `umbriel view`.
 struct ViewArguments {
     ViewArguments() { scene.policy = "degrade"; }
 

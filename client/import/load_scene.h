@@ -10,6 +10,7 @@
 
 namespace umbriel {
 
+// A scene that was loaded, and what there is to say about its file.
 struct LoadedFile {
     Ref<LoadedScene> scene;
     std::vector<std::string> warnings;  // one line each, without the file's name

@@ -21,6 +21,7 @@ struct PhotometricImport {
     std::vector<std::string> repairs;
 };
 
+// What a photometric file may hold; checked before memory is asked for.
 struct PhotometricLimits {
     std::size_t fileBytes = std::size_t{64} << 20;
     std::size_t angles = 10000;                 // on either axis

@@ -11,6 +11,7 @@ namespace umbriel {
 
 // What the two photometric formats share. Angles are in degrees here.
 
+// Which planes a file states; the others follow.
 enum class PhotometricSymmetry {
     None,
     Rotational,  // one plane for all

@@ -7,6 +7,7 @@
 
 namespace umbriel {
 
+// What stands on a lot of the city.
 enum class BuildingKind {
     House,
     CornerHouse,

@@ -13,6 +13,7 @@
 
 namespace umbriel {
 
+// A material by what matters of it here.
 struct SurfaceSpec {
     glm::vec4 colour{1.0f};
     float metallic = 0.0f;

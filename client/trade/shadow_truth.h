@@ -9,6 +9,7 @@
 
 namespace umbriel {
 
+// How finely true shadows are traced.
 struct TruthOptions {
     // Rays to an area light: a square of strata, jittered by the pixel's number. Where those on the rim and a ninth of
     // the others (85 of 16 x 16) agree, the rest are not traced.
@@ -23,6 +24,7 @@ struct TruthOptions {
 std::vector<float> shadowTruth(const ShadowScene& scene, const SurfacePoints& points, std::size_t light,
                                const TruthOptions& options = {});
 
+// Which pixels errors are counted in.
 struct JudgedOptions {
     double smallestCosine = 0.1;                      // of the angle between geometric normal and light
     bool bothSides = false;                           // a light behind the surface is judged as if it shone through

@@ -32,6 +32,7 @@ Result<void> writeTrade(const std::filesystem::path& path, const StoredTrade& tr
 // Nothing when there is no such file; bad input, naming it, when it is not what writeTrade() writes.
 Result<std::optional<StoredTrade>> readTrade(const std::filesystem::path& path);
 
+// What of a result goes into its file: the front, and the row that was chosen by its index.
 StoredTrade storedTrade(const TradeResult& result, std::size_t chosen);
 
 }  // namespace umbriel

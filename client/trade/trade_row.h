@@ -24,6 +24,7 @@ struct TradeSetting {
 // "lisp 1024", "pcf 1024 w8 n6".
 std::string labelOf(const TradeSetting& setting);
 
+// What a frame of a setting costs.
 struct TradeCost {
     double wallMilliseconds = 0.0;  // the slowest server's, median over frames
     double cpuMilliseconds = 0.0;   // all servers' threads together, median

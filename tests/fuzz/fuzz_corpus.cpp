@@ -85,6 +85,9 @@ WallViews viewsOfAllShapes() {
                            someFit(5, ShadowMode::Cube, ShadowShape::CubeFace, 5),
                            someFit(6, ShadowMode::VolumeZFail, ShadowShape::Single, 0),
                            someFit(7, ShadowMode::LightMap, ShadowShape::Single, 0)};
+    views.views.emplace_back();
+    views.views[2].region = {0, 0, 64, 32};
+    views.views[2].unwrapped = true;
     return views;
 }
 

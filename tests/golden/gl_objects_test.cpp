@@ -10,6 +10,7 @@
 #include "server/gl/shader_source.h"
 #include "server/gl/workarounds.h"
 #include "tests/golden/gl_fixture.h"
+#include "tests/support/wait_until.h"
 
 namespace umbriel::gl {
 namespace {
@@ -249,7 +250,7 @@ TEST_F(GlObjects, QueriesCountAndFencesPass) {
     glDrawArrays(GL_TRIANGLES, 0, 3);
     samples.end();
     Fence fence = Fence::insert();
-    EXPECT_TRUE(require(fence.wait(std::chrono::seconds(30))));
+    EXPECT_TRUE(require(fence.wait(umbriel::test::kPatience)));
     EXPECT_EQ(samples.result(), 32u);
 }
 

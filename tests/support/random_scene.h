@@ -79,8 +79,6 @@ class RandomEditor {
             edit(random);
     }
 
-    const std::vector<ContainerId>& live() const { return _live; }
-
  private:
     void create(Random& random) {
         // Typed creation and the untyped one must not differ.

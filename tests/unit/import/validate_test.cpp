@@ -13,6 +13,7 @@
 #include "common/scene/lights.h"
 #include "common/scene/materials.h"
 #include "common/scene/windows.h"
+#include "tests/support/wait_until.h"
 
 // A compromised import process can answer anything; what gets past these checks cannot break the client.
 
@@ -214,7 +215,7 @@ struct Received {
             close(ends[1]);
         });
         {
-            AnswerReader reader(ends[0], std::chrono::steady_clock::now() + std::chrono::seconds(30), 1 << 20);
+            AnswerReader reader(ends[0], std::chrono::steady_clock::now() + test::kPatience, 1 << 20);
             end = reader.read(*scene, 1000);
             loaded = reader.scene();
             warnings = reader.warnings();
