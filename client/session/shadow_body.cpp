@@ -31,10 +31,6 @@ struct Span {
     double middle() const { return 0.5 * (lower + upper); }
 };
 
-double borderShare(const ShadowFitRequest& request) {
-    return std::min((kBorderTexels + request.borderTexels) / request.mapSize, 0.5);
-}
-
 // Widened by the border, to a side in steps of 2^(1/8), its lower end on a whole texel. smallest guards a span without
 // extent (a flat scene seen edge-on).
 Span snapped(const Span& covered, const ShadowFitRequest& request, double smallest) {
@@ -124,6 +120,10 @@ void setViews(LightBody& body, std::span<const View> views) {
 }
 
 }  // namespace
+
+double borderShare(const ShadowFitRequest& request) {
+    return std::min((kBorderTexels + request.borderTexels) / request.mapSize, 0.5);
+}
 
 bool isAffine(const glm::dmat3& mapFromAcross) {
     return mapFromAcross[0][2] == 0.0 && mapFromAcross[1][2] == 0.0;

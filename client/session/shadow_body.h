@@ -63,6 +63,9 @@ std::optional<ShadowFit> fitMap(const LightBody& body, const glm::dmat3& mapFrom
 // The fit whose map coordinates, x and y in [-1, 1], are clipFromAcross of the places across the light.
 std::optional<ShadowFit> composeFit(const LightBody& body, glm::dmat3 clipFromAcross, const ShadowFitRequest& request);
 
+// Of a map's side, on both sides of it together: what biases, rounding, snapping and filters need around the body.
+double borderShare(const ShadowFitRequest& request);
+
 bool isAffine(const glm::dmat3& mapFromAcross);
 
 }  // namespace umbriel

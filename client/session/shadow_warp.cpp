@@ -11,6 +11,12 @@ namespace {
 // w varies by no more over a map: at 4096 a float's 24 bits leave 12 for the place in it.
 constexpr double kMaxWidening = 256.0;
 
+// Nor by so much that the map's border comes more than half the way to the warp's horizon, which is 1 / widening of the
+// map beyond its far end: past it there is no map.
+double mostWidening(const ShadowFitRequest& request) {
+    return std::min(kMaxWidening, 0.5 / borderShare(request));
+}
+
 struct Corner {
     double x = 0.0, y = 0.0;  // across the light; y from 0 at the body's near end
 };
@@ -194,7 +200,7 @@ glm::dmat3 lispWarp(const LightBody& body, const ShadowFitRequest& request) {
     const TurnedBody seen = turned(body);
     if (!seen.usable) return glm::dmat3(1.0);
     const double steepness = bestSteepness(seen) / static_cast<double>(request.lispFactor);
-    return warpOf(seen, std::min(steepness, kMaxWidening / seen.length));
+    return warpOf(seen, std::min(steepness, mostWidening(request) / seen.length));
 }
 
 glm::dmat3 trapezoidWarp(const LightBody& body, const ShadowFitRequest& request) {
@@ -207,7 +213,7 @@ glm::dmat3 trapezoidWarp(const LightBody& body, const ShadowFitRequest& request)
     double steepness = std::max(lambda - 2.0 * delta - lambda * kXi, 0.0) / (lambda * delta * (1.0 + kXi));
     // Where even the perspective that knows the eye's distances finds little to gain, there is no near end to favour.
     constexpr double kBeyondBest = 16.0;
-    steepness = std::min({steepness, kBeyondBest * bestSteepness(seen), kMaxWidening / lambda});
+    steepness = std::min({steepness, kBeyondBest * bestSteepness(seen), mostWidening(request) / lambda});
     // Sides that open too wide: the centre moves back until they do not.
     const double limit = std::tan(0.5 * std::clamp(static_cast<double>(request.maxSideAngle), 0.01, 3.0));
     double left = std::numeric_limits<double>::infinity(), right = -left;

@@ -343,6 +343,27 @@ TEST(ShadowWarp, TheWarpFollowsTheDepthOfWhatIsSeen) {
     }
 }
 
+// Ever smaller factors favour what is near ever more, to a limit: the border of a small map, or of a wide filter, does
+// not reach over the horizon and make it the uniform one.
+TEST(ShadowWarp, AStrongWarpIsLimitedNotGivenUp) {
+    const View view = viewFrom({0, 2, 55}, {0, 0, 0});
+    for (const std::uint32_t size : {64u, 512u, 4096u})
+        for (const double border : {0.0, 32.0}) {
+            double last = 1.0;
+            for (const float factor : {8.0f, 1.0f, 0.25f, 0.03f, 1e-3f, 1e-9f}) {
+                ShadowFitRequest request = requestFor(ShadowMode::LightSpacePerspective, size);
+                request.lispFactor = factor;
+                request.borderTexels = border;
+                const auto fit = fitDirectional({0.7, -0.7, 0.1}, kTown, {&view, 1}, request);
+                ASSERT_TRUE(fit);
+                const double ratio = texelsPerSquareMetre(*fit, {0, 0, 45}) / texelsPerSquareMetre(*fit, {0, 0, -50});
+                EXPECT_GE(ratio, last * (1.0 - 1e-6)) << size << " texels, factor " << factor;
+                EXPECT_GT(ratio, 1.0);
+                last = ratio;
+            }
+        }
+}
+
 TEST(ShadowWarp, AnOrthographicViewHasNoNearEnd) {
     View view = viewFrom({0, 10, 50}, {0, 0, 0});
     view.clipFromView = reversedOrthographic(-30, 30, -20, 20, 0.1, 500.0);

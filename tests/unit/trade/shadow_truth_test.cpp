@@ -159,6 +159,39 @@ TEST_F(Truth, ThePenumbraOfAnEdgeIsTheSegmentOfADisc) {
     EXPECT_LT(std::abs(sum) / points.size(), 1e-3);
 }
 
+// The lights' own fields: half the angle of a sun, half the width of a lamp. An edge 2 m above the floor, a sun
+// straight above it, lamps 4 m above the floor: half the penumbra is 2 m tan(angle), and by similar triangles radius *
+// 2 / (4 - 2).
+TEST_F(Truth, PenumbraeAreAsWideAsTheLightsFieldsSay) {
+    addMesh({{{-9, 2, 9}, {0, 2, 9}, {0, 2, -9}, {-9, 2, -9}}, {0, 1, 2, 0, 2, 3}});
+    constexpr double kHalf = 0.8;
+    const auto sun = addLight<DirectionalLight>({}, {0, -1, 0});
+    aspect.edit(sun).set<&DirectionalLight::angularRadius>(static_cast<float>(std::atan(kHalf / 2.0)));
+    const auto lamp = addLight<PointLight>({0, 4, 0}, {0, -1, 0});
+    aspect.edit(lamp).set<&PointLight::radius>(static_cast<float>(kHalf));
+    const auto spot = addLight<SpotLight>({0, 4, 0}, {0, -1, 0});
+    aspect.edit(spot).set<&SpotLight::radius>(static_cast<float>(kHalf)).set<&SpotLight::outerAngle>(1.3f);
+    const auto luminaire = addLight<GoniometricLight>({0, 4, 0}, {0, -1, 0});
+    aspect.edit(luminaire).set<&GoniometricLight::radius>(static_cast<float>(kHalf));
+    const auto scene = build();
+    ASSERT_EQ(scene->lights().size(), 4u);
+    const SurfacePoints points = floorPoints();
+    for (std::size_t i = 0; i < 4; ++i) {
+        const TruthLight& light = scene->lights()[i];
+        const auto factors = shadowTruth(*scene, points, i);
+        for (int x = 0; x < kSide; ++x) {
+            // Where the line through the edge meets the disc, which faces the point.
+            const double at = placeOf(x);
+            const double onDisc =
+                light.kind == LightKind::Directional ? at : 2.0 * at * std::hypot(at, 4.0) / (at * at + 8.0);
+            const double t = std::clamp(onDisc / kHalf, -1.0, 1.0);
+            const double expected = 0.5 + (t * std::sqrt(1.0 - t * t) + std::asin(t)) / std::numbers::pi;
+            EXPECT_NEAR(Truth::at(factors, x, kSide / 2), expected, 0.05)
+                << static_cast<int>(light.kind) << " at " << at;
+        }
+    }
+}
+
 TEST_F(Truth, ALightWithoutSizeAndAVerySmallOneAgree) {
     addSquare(1.0f, 2.0f);
     addLight<PointLight>({0.3, 4, 0.1}, {0, -1, 0});
