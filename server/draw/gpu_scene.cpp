@@ -363,6 +363,8 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
             if (needs.faceNormals && isLit) item.features |= bit(Feature::WorldAxes);
             item.layerFeatures |= bit(Feature::WorldAxes);
         }
+        if (needs.faceNormals && isLit) item.features |= attributes & bit(Feature::FirstVertexNormals);
+        item.layerFeatures |= attributes & bit(Feature::FirstVertexNormals);
         item.isMirrored = item.isMirrored != (glm::determinant(placement.linear) < 0.0);
         // Light passes through what is blended; how much, no plain shadow map can say.
         item.castsShadow = !has(materialFeatures, Feature::AlphaBlend) && !excluded(tree, viewport, source.entry);
