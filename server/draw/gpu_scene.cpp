@@ -370,7 +370,7 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         item.castsShadow = !has(materialFeatures, Feature::AlphaBlend) && !excluded(tree, viewport, source.entry);
         const glm::dvec3 middle(item.relativeFromObject * glm::dvec4(item.geometry->box().centre(), 1.0));
         item.distance = glm::length(middle);
-        item.hidesBacks = has(materialFeatures, Feature::DoubleSided) &&
+        item.hidesBacks = !view.unwrapped && has(materialFeatures, Feature::DoubleSided) &&
                           (materialFeatures & (bit(Feature::AlphaMask) | bit(Feature::AlphaBlend))) == 0;
         item.depthBucket = depthBucketOf(item.distance);
         if (item.castsShadow) {
