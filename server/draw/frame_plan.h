@@ -41,7 +41,7 @@ enum class Feature : std::uint32_t {
     PhongOriginal,
     GeneralSum,
     OpenGlSum,
-    Matt,  // a specular colour of 0, of models whose highlight is that times something finite: without it, but for last bits
+    Matt,  // a specular colour of 0, of models whose highlight is a multiple of it: not computed
     AlphaMask,
     AlphaBlend,
     DoubleSided,

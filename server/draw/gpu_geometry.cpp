@@ -402,9 +402,8 @@ void GpuGeometry::setClusterBoxes(std::span<const Box> boxes) {
 
 std::uint64_t GpuGeometry::bytes() const {
     return _positions.size() + _normals.size() + _tangents.size() + _colours.size() + _texCoords0.size() +
-           _texCoords1.size() + _indices.size() + _firstTriangles.size() + _faceNormals.size() + _firstVertexNormals.size() +
-           _primitiveTable.size() +
-           _flatFaces.size();
+           _texCoords1.size() + _indices.size() + _firstTriangles.size() + _faceNormals.size() +
+           _firstVertexNormals.size() + _primitiveTable.size() + _flatFaces.size();
 }
 
 }  // namespace umbriel

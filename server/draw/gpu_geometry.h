@@ -16,7 +16,16 @@
 namespace umbriel {
 
 // Locations of the vertex attributes in shaders/stage.
-enum class VertexLocation : GLuint { Position, Normal, Tangent, Colour, TexCoords0, TexCoords1, FirstTriangle, FaceNormal };
+enum class VertexLocation : GLuint {
+    Position,
+    Normal,
+    Tangent,
+    Colour,
+    TexCoords0,
+    TexCoords1,
+    FirstTriangle,
+    FaceNormal
+};
 
 // A buffer seen as a texture: texelFetch by index, beyond the size of a uniform block.
 class BufferTexture {
