@@ -61,6 +61,7 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_ORTHOGRAPHIC", "orthographic"},
     {"FEATURE_UNWRAPPED", "unwrapped"},
     {"FEATURE_WORLD_AXES", "world-axes"},
+    {"FEATURE_FIRST_VERTEX_NORMALS", "first-vertex-normals"},
     {"FEATURE_SHADOW_COLOUR", "shadow-colour"},
     {"FEATURE_ONE_LIGHT", "1-light"},
     {"FEATURE_TWO_LIGHTS", "2-lights"},

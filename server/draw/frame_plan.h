@@ -41,7 +41,7 @@ enum class Feature : std::uint32_t {
     PhongOriginal,
     GeneralSum,
     OpenGlSum,
-    Matt,  // a specular colour of 0, of models whose highlight is that times something finite: without it, but for last bits
+    Matt,  // a specular colour of 0, of models whose highlight is a multiple of it: not computed
     AlphaMask,
     AlphaBlend,
     DoubleSided,
@@ -66,6 +66,7 @@ enum class Feature : std::uint32_t {
     Orthographic,  // the view
     Unwrapped,     // the view; of layer shaders
     WorldAxes,     // the object is not turned or scaled: its face normals are the world's
+    FirstVertexNormals,  // face normals come with each triangle's first vertex; without: from a table
     ShadowColour,  // something of a light is left in full shadow
     OneLight,      // as many lights reach the item, and come as constants (LightBlock); without any of these: as a list
     TwoLights,

@@ -77,6 +77,8 @@ Result<void> GpuGeometry::build(const Geometry& geometry) {
     _flatFaces = {};
     _flatFaceTexture = {};
     _casterShape.reset();
+    _firstVertexNormals = {};
+    _isMoved = false;
     _attributes = 0;
     _vertexArray = gl::VertexArray::create();
 
@@ -187,7 +189,25 @@ Result<void> GpuGeometry::buildFaceNormals(const Geometry& geometry) {
     _faceNormals = std::move(*buffer);
     _uploadedBytes += normals.size() * sizeof(glm::vec3);
     _faceNormalTexture = BufferTexture(_faceNormals, GL_RGB32F);
+    if (auto built = buildFirstVertexNormals(geometry, normals); !built) return built;
     return gl::checkError("a table of face normals");
+}
+
+Result<void> GpuGeometry::buildFirstVertexNormals(const Geometry& geometry, std::span<const glm::vec3> normals) {
+    if (_isMoved) return {};
+    std::vector<glm::vec3> ofVertices(_vertices, glm::vec3(0.0f));  // 0: none yet, as normals are unit
+    for (std::uint32_t i = 0; i < _triangles; ++i) {
+        glm::vec3& held = ofVertices[indexAt(geometry, 3 * std::size_t{i})];
+        if (held != glm::vec3(0.0f) && held != normals[i]) return {};
+        held = normals[i];
+    }
+    auto buffer = gl::Buffer::create(std::as_bytes(std::span(ofVertices)));
+    if (!buffer) return buffer.error();
+    _firstVertexNormals = std::move(*buffer);
+    _uploadedBytes += ofVertices.size() * sizeof(glm::vec3);
+    attach(VertexLocation::FaceNormal, _firstVertexNormals, 3);
+    _attributes |= bit(Feature::FirstVertexNormals);
+    return {};
 }
 
 Result<void> GpuGeometry::buildFlatFaces(const Geometry& geometry) {
@@ -293,7 +313,7 @@ Result<void> GpuGeometry::update(const Geometry& geometry, std::span<const Multi
 
 void GpuGeometry::updateTriangles(const Geometry& geometry, const IndexRanges& vertices) {
     _casterShape.reset();
-    forgetSolids();
+    forgetPlaces();
     std::vector<std::uint32_t> touched;
     if (vertices.elementCount() * 4 > _vertices) {
         touched.resize(_triangles);
@@ -346,8 +366,10 @@ void GpuGeometry::updateTriangles(const Geometry& geometry, const IndexRanges& v
     }
 }
 
-void GpuGeometry::forgetSolids() {
+void GpuGeometry::forgetPlaces() {
     for (Cluster& cluster : _clusters) cluster.solids = {};
+    _isMoved = true;
+    _attributes &= ~bit(Feature::FirstVertexNormals);
 }
 
 void GpuGeometry::updateBounds() {
@@ -373,15 +395,15 @@ std::shared_ptr<const CasterShape> GpuGeometry::casterShape() {
 
 void GpuGeometry::setClusterBoxes(std::span<const Box> boxes) {
     _casterShape.reset();
-    forgetSolids();
+    forgetPlaces();
     for (std::size_t i = 0; i < std::min(boxes.size(), _clusters.size()); ++i) _clusters[i].box = boxes[i];
     updateBounds();
 }
 
 std::uint64_t GpuGeometry::bytes() const {
     return _positions.size() + _normals.size() + _tangents.size() + _colours.size() + _texCoords0.size() +
-           _texCoords1.size() + _indices.size() + _firstTriangles.size() + _faceNormals.size() + _primitiveTable.size() +
-           _flatFaces.size();
+           _texCoords1.size() + _indices.size() + _firstTriangles.size() + _faceNormals.size() +
+           _firstVertexNormals.size() + _primitiveTable.size() + _flatFaces.size();
 }
 
 }  // namespace umbriel

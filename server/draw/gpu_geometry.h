@@ -16,7 +16,16 @@
 namespace umbriel {
 
 // Locations of the vertex attributes in shaders/stage.
-enum class VertexLocation : GLuint { Position, Normal, Tangent, Colour, TexCoords0, TexCoords1, FirstTriangle };
+enum class VertexLocation : GLuint {
+    Position,
+    Normal,
+    Tangent,
+    Colour,
+    TexCoords0,
+    TexCoords1,
+    FirstTriangle,
+    FaceNormal
+};
 
 // A buffer seen as a texture: texelFetch by index, beyond the size of a uniform block.
 class BufferTexture {
@@ -53,7 +62,7 @@ class GpuGeometry {
     // Derives what a new user needs.
     Result<void> require(const Geometry& geometry, const Needs& needs);
 
-    // VertexNormals, VertexTangents, VertexColours, TexCoords0, TexCoords1: what there is.
+    // VertexNormals, VertexTangents, VertexColours, TexCoords0, TexCoords1, FirstVertexNormals: what there is.
     FeatureSet attributes() const { return _attributes; }
     const Box& box() const { return _box; }
     std::span<const Cluster> clusters() const { return _clusters; }
@@ -92,14 +101,18 @@ class GpuGeometry {
     };
     Result<void> build(const Geometry& geometry);
     Result<void> buildFaceNormals(const Geometry& geometry);
+    // Where all triangles that begin with the same vertex have the same normal, that vertex can hold it: to ask for a
+    // triangle's number makes llvmpipe put triangles together one by one.
+    Result<void> buildFirstVertexNormals(const Geometry& geometry, std::span<const glm::vec3> normals);
     Result<void> buildTangents(const Geometry& geometry);
     Result<void> buildPrimitives();
     Result<void> buildFlatFaces(const Geometry& geometry);
     Result<gl::Buffer> bufferOf(const MultiStorage& storage, bool dynamic, std::vector<float>* kept = nullptr);
     void attach(VertexLocation location, const gl::Buffer& buffer, GLint components);
     void updateTriangles(const Geometry& geometry, const IndexRanges& vertices);
-    // Of moved vertices nobody knows what they enclose.
-    void forgetSolids();
+    // Of moved vertices nobody knows what they enclose, nor which way the triangles face that they begin.
+    void forgetPlaces();
+    bool _isMoved = false;
     void updateBounds();
 
     Needs _needs;
@@ -115,7 +128,7 @@ class GpuGeometry {
     std::vector<std::uint32_t> _firstOfVertex;
     std::vector<std::uint32_t> _trianglesOfVertex;
     gl::Buffer _positions, _normals, _tangents, _colours, _texCoords0, _texCoords1;
-    gl::Buffer _indices, _firstTriangles, _faceNormals, _primitiveTable, _flatFaces;
+    gl::Buffer _indices, _firstTriangles, _faceNormals, _firstVertexNormals, _primitiveTable, _flatFaces;
     BufferTexture _faceNormalTexture, _primitiveTexture, _flatFaceTexture;
     gl::VertexArray _vertexArray;
     std::shared_ptr<const CasterShape> _casterShape;

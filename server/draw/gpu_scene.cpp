@@ -363,12 +363,14 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
             if (needs.faceNormals && isLit) item.features |= bit(Feature::WorldAxes);
             item.layerFeatures |= bit(Feature::WorldAxes);
         }
+        if (needs.faceNormals && isLit) item.features |= attributes & bit(Feature::FirstVertexNormals);
+        item.layerFeatures |= attributes & bit(Feature::FirstVertexNormals);
         item.isMirrored = item.isMirrored != (glm::determinant(placement.linear) < 0.0);
         // Light passes through what is blended; how much, no plain shadow map can say.
         item.castsShadow = !has(materialFeatures, Feature::AlphaBlend) && !excluded(tree, viewport, source.entry);
         const glm::dvec3 middle(item.relativeFromObject * glm::dvec4(item.geometry->box().centre(), 1.0));
         item.distance = glm::length(middle);
-        item.hidesBacks = has(materialFeatures, Feature::DoubleSided) &&
+        item.hidesBacks = !view.unwrapped && has(materialFeatures, Feature::DoubleSided) &&
                           (materialFeatures & (bit(Feature::AlphaMask) | bit(Feature::AlphaBlend))) == 0;
         item.depthBucket = depthBucketOf(item.distance);
         if (item.castsShadow) {

@@ -37,7 +37,7 @@ struct SurfaceItem {
     int depthBucket = 0;    // of the distance; orders opaque items, near ones first
     bool isMirrored = false;
     bool castsShadow = true;
-    bool hidesBacks = false;  // of its solid parts no backs need to be drawn: both sides are, and neither has holes
+    bool hidesBacks = false;  // of solid parts: both sides are looked at, and have no holes
     bool isInLightMap = false;                   // of the view
     const gl::Buffer* lightMapPlaces = nullptr;  // then: the charts of its triangles
 

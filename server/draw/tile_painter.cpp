@@ -244,7 +244,8 @@ Result<void> TilePainter::drawLayers(const Aspect& scene, const WallViews& wall,
     if (factors) _targets.clearFactors();
     constexpr FeatureSet kMaskOnly = bit(Feature::AlphaMask) | bit(Feature::BaseColourTexture) |
                                      bit(Feature::TexCoords0) | bit(Feature::TexCoords1) | bit(Feature::VertexColours) |
-                                     bit(Feature::WorldAxes) | bit(Feature::Unwrapped);
+                                     bit(Feature::WorldAxes) | bit(Feature::Unwrapped) |
+                                     bit(Feature::FirstVertexNormals);
     const gl::Program* current = nullptr;
     const GpuMaterial* material = nullptr;
     const DrawList& list = painting.visible;

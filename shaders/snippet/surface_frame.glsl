@@ -6,7 +6,11 @@ layout(binding = 7) uniform samplerBuffer faceNormals;
 
 // Unit, world axes, on the side of the winding; from a table, as derivatives would differ between tiles.
 vec3 faceNormalWorld() {
+#ifdef FEATURE_FIRST_VERTEX_NORMALS
+    vec3 normal = surface.faceNormal;
+#else
     vec3 normal = texelFetch(faceNormals, int(surface.firstTriangle) + gl_PrimitiveID).xyz;
+#endif
 #ifdef FEATURE_WORLD_AXES
     return normal;
 #else

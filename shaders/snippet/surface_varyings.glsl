@@ -29,6 +29,9 @@ VARYING Surface {
     vec3 object;  // the place in object space
 #endif
     flat uint firstTriangle;
+#ifdef FEATURE_FIRST_VERTEX_NORMALS
+    flat vec3 faceNormal;
+#endif
 #ifdef INTERPOLATES_RADIANCE
     SHADED vec3 radiance;
 #ifdef FEATURE_SHADOWS

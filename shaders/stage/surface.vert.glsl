@@ -12,6 +12,7 @@ layout(location = 3) in vec4 colour;
 layout(location = 4) in vec2 texCoords0;
 layout(location = 5) in vec2 texCoords1;
 layout(location = 6) in uint firstTriangle;  // per draw command
+layout(location = 7) in vec3 faceNormal;     // of the triangles that begin with this vertex
 
 layout(location = 0) uniform mat4 relativeFromObject;
 layout(location = 1) uniform mat3 normalFromObject;
@@ -40,6 +41,9 @@ void main() {
     surface.object = position;
 #endif
     surface.firstTriangle = firstTriangle;
+#ifdef FEATURE_FIRST_VERTEX_NORMALS
+    surface.faceNormal = faceNormal;
+#endif
     shadeVertex();
 #ifdef FEATURE_UNWRAPPED
     gl_Position = frame.clipFromRelative * vec4(texCoords1, 0.0, 1.0);
