@@ -117,15 +117,22 @@ float averageOverRectangle(GpuShadow shadow, ShadowPlace place, vec2 width, floa
     int rows = known < 1.5 ? 0 : FILTER_SIDE;
     vec2 step = width / float(FILTER_SIDE);
     CopyPlace copy = copyPlaceOf(shadow);
+    // Of the columns, the same in every row.
+    int columns[FILTER_SIDE];
+    float rises[FILTER_SIDE];
+    for (int k = 0; k < FILTER_SIDE; ++k) {
+        float column = clamp(floor(place.texel.x + (float(k) + 0.5 - half_) * step.x), 0.0, copy.last);
+        columns[k] = int(column);
+        rises[k] = place.slope.x * (column + 0.5 - place.texel.x);
+    }
     float sum = 0.0;
     float y = 0.5 - half_;
     for (int i = 0; i < rows; ++i) {
         float row = clamp(floor(place.texel.y + y * step.y), 0.0, copy.last);
         int start = (copy.above + int(row)) * copy.side;
-        for (int k = 0; k < FILTER_SIDE; ++k) {
-            float column = clamp(floor(place.texel.x + (float(k) + 0.5 - half_) * step.x), 0.0, copy.last);
-            sum += compareCopied(copy, start, place, vec2(column, row));
-        }
+        float rise = place.slope.y * (row + 0.5 - place.texel.y);
+        for (int k = 0; k < FILTER_SIDE; ++k)
+            sum += shadowCompare(-imageLoad(shadowCopies, start + columns[k]).r, -(place.stored + (rises[k] + rise)));
         y += 1.0;
     }
     return known < 1.5 ? known : sum / float(FILTER_SIDE * FILTER_SIDE);
