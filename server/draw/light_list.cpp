@@ -206,10 +206,16 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
         const std::string& name = scene.find(source.light)->name.get();
         list.names.push_back(name.empty() ? std::to_string(source.light.value) : name);
     }
-    // Maps that no buffer can hold are read as they are.
+    // Maps that no buffer can hold, or whose rows would differ there, are read as they are.
     std::uint64_t texels = 0;
-    for (const ShadowFit* fit : list.fits) texels += std::uint64_t{fit->mapSize} * fit->mapSize;
-    if (texels > kLargestCopyTexels)
+    std::uint32_t side = 0;
+    bool isEven = true;
+    for (const ShadowFit* fit : list.fits) {
+        texels += std::uint64_t{fit->mapSize} * fit->mapSize;
+        isEven = isEven && (side == 0 || fit->mapSize == 0 || fit->mapSize == side);
+        side = std::max(side, fit->mapSize);
+    }
+    if (!isEven || texels > kLargestCopyTexels)
         for (FeatureSet& set : features)
             set &= ~(bit(Feature::ShadowCopy) | bit(Feature::ShadowFilter6) | bit(Feature::ShadowFilter8) |
                      bit(Feature::ShadowSearch6));

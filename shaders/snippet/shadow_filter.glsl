@@ -117,15 +117,22 @@ float averageOverRectangle(GpuShadow shadow, ShadowPlace place, vec2 width, floa
     int rows = known < 1.5 ? 0 : FILTER_SIDE;
     vec2 step = width / float(FILTER_SIDE);
     CopyPlace copy = copyPlaceOf(shadow);
+    // Of the columns, the same in every row.
+    int columns[FILTER_SIDE];
+    float rises[FILTER_SIDE];
+    for (int k = 0; k < FILTER_SIDE; ++k) {
+        float column = clamp(floor(place.texel.x + (float(k) + 0.5 - half_) * step.x), 0.0, copy.last);
+        columns[k] = int(column);
+        rises[k] = place.slope.x * (column + 0.5 - place.texel.x);
+    }
     float sum = 0.0;
     float y = 0.5 - half_;
     for (int i = 0; i < rows; ++i) {
         float row = clamp(floor(place.texel.y + y * step.y), 0.0, copy.last);
         int start = (copy.above + int(row)) * copy.side;
-        for (int k = 0; k < FILTER_SIDE; ++k) {
-            float column = clamp(floor(place.texel.x + (float(k) + 0.5 - half_) * step.x), 0.0, copy.last);
-            sum += compareCopied(copy, start, place, vec2(column, row));
-        }
+        float rise = place.slope.y * (row + 0.5 - place.texel.y);
+        for (int k = 0; k < FILTER_SIDE; ++k)
+            sum += shadowCompare(-imageLoad(shadowCopies, start + columns[k]).r, -(place.stored + (rises[k] + rise)));
         y += 1.0;
     }
     return known < 1.5 ? known : sum / float(FILTER_SIDE * FILTER_SIDE);
@@ -212,25 +219,26 @@ float filterSoft(sampler2DArray maps, sampler2DArray bounds, GpuShadow shadow, S
     float decided = decidedAround(bounds, shadow, place, 0.5 * widest + kBilinearReach);
     if (place.isOn) known = decided;
 #endif
-    vec2 step = widest / float(shadow.blockerSamples);
+    int count = int(shadow.blockerSamples);
+    vec2 step = widest / float(count);
     vec2 first = place.texel - 0.5 * widest + 0.5 * step;
     float sum = 0.0;
     float found = 0.0;
 #ifdef HAS_COPY
     // As the loop below, row by row.
 #ifdef FEATURE_SHADOW_SEARCH_6
-    const int count = 6;
+    const int along = 6;
 #else
-    int count = int(shadow.blockerSamples);
+    int along = count;
 #endif
     CopyPlace copy = copyPlaceOf(shadow);
-    int rows = known < 1.5 || isHard ? 0 : count;
+    int rows = known < 1.5 || isHard ? 0 : along;
     vec2 at = first;
     for (int i = 0; i < rows; ++i) {
         float row = clamp(floor(at.y), 0.0, copy.last);
         int start = (copy.above + int(row)) * copy.side;
         at.x = first.x;
-        for (int k = 0; k < count; ++k) {
+        for (int k = 0; k < along; ++k) {
             vec2 texel = vec2(clamp(floor(at.x), 0.0, copy.last), row);
             addBlocker(shadow, place, imageLoad(shadowCopies, start + int(texel.x)).r, texel + 0.5, sum, found);
             at.x += step.x;
@@ -238,14 +246,22 @@ float filterSoft(sampler2DArray maps, sampler2DArray bounds, GpuShadow shadow, S
         at.y += step.y;
     }
 #else
-    int count = int(shadow.blockerSamples);
     int taps = known < 1.5 || isHard ? 0 : count * count;
     vec2 at = first;
     int column = 0;
     for (int i = 0; i < taps; ++i) {
         vec2 centre = clamp(floor(at), vec2(0.0), vec2(shadow.mapSize - 1.0)) + 0.5;
         float stored = texelFetch(maps, ivec3(ivec2(centre), int(shadow.layer)), 0).r;
-        addBlocker(shadow, place, stored, centre, sum, found);
+        if (stored > place.stored + dot(place.slope, centre - place.texel)) {
+            float blocker = distanceOf(shadow, stored, centre);
+#ifdef FEATURE_SHADOW_NEAREST_BLOCKER
+            sum = found > 0.0 ? min(sum, blocker) : blocker;
+            found = 1.0;
+#else
+            sum += blocker;
+            found += 1.0;
+#endif
+        }
         ++column;
         at.x += step.x;
         if (column == count) {
