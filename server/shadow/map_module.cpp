@@ -49,7 +49,27 @@ double lookupReach(const ShadowFit& fit) {
     // The nearest texel's centre is half a texel away; 0.1 covers rounding.
     constexpr double kTexelReach = 0.6;
     const double filterReach = 0.5 * static_cast<double>(fit.filter.maxTexels) + (fit.filter.bilinear ? 1.0 : 0.0);
-    return kTexelReach + filterReach;  // biases move towards the light: on the map, not at all
+    const double offset = std::abs(fit.normalOffset);
+    // Of what faces away the offset moves along the normal n by offset * (|n.X| + |n.Y|), X and Y being the texel's
+    // sides; along the map's x that is at most offset * (|X| + |Y|) |x|, where x, the gradient of x in texels, has
+    // length 1 / (|X| sin(X, Y)).
+    const glm::dmat3 across = acrossFromMap(fit, fit.perspective ? fit.positionWorld : glm::dvec3(0.0));
+    double largest = 0.0;
+    // Shapes of texels change monotonically over the map but for turns of their sides, which 10 % cover.
+    constexpr int kSteps = 4;
+    for (int i = 0; i <= kSteps; ++i)
+        for (int k = 0; k <= kSteps; ++k) {
+            const glm::dvec3 map(2.0 * i / kSteps - 1.0, 2.0 * k / kSteps - 1.0, 1.0);
+            const glm::dvec3 t = across * map;
+            const glm::dvec2 x = glm::dvec2(across[0]) * t.z - glm::dvec2(t) * across[0].z;
+            const glm::dvec2 y = glm::dvec2(across[1]) * t.z - glm::dvec2(t) * across[1].z;
+            const double area = std::abs(x.x * y.y - x.y * y.x);
+            const double sum = glm::length(x) + glm::length(y);
+            largest = std::max(largest, sum * std::max(glm::length(x), glm::length(y)) / area);
+        }
+    // Of square texels the bound over all normals is (1 + sqrt(2)) / 2 instead of 2.
+    const double reach = isWarped(fit) ? 1.1 * largest : 0.60355339059327378 * largest;
+    return std::isfinite(reach) ? offset * std::min(reach, 1e6) + kTexelReach + filterReach : 1e6;
 }
 
 ShadowFeatureSet MapModule::features(const ShadowFit& fit) const {

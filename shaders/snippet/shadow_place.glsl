@@ -57,8 +57,10 @@ void texelSides(GpuShadow shadow, vec3 relative, vec3 toLight, out vec3 sideX, o
 float largestOf(vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
 
 // relative moved by the biases, for a texel with these sides (metres, world axes): towards the light alone, so that its
-// place on the map stays.
-vec3 movedByBiases(GpuShadow shadow, vec3 relative, vec3 facing, vec3 toLight, vec3 texelX, vec3 texelY) {
+// place on the map stays. isBehind: the surface faces away; it moves along its normal, into what it is the back of, since
+// the way towards the light would lead out of that at its edges.
+vec3 movedByBiases(GpuShadow shadow, vec3 relative, vec3 facing, bool isBehind, vec3 toLight, vec3 texelX,
+                   vec3 texelY) {
     float longer = sqrt(max(dot(texelX, texelX), dot(texelY, texelY)));
     float height =
         shadowNormalOffset(vec3(dot(facing, texelX), dot(facing, texelY), 0.0), 1.0, shadow.normalOffset);
@@ -67,7 +69,8 @@ vec3 movedByBiases(GpuShadow shadow, vec3 relative, vec3 facing, vec3 toLight, v
     // Not to the lamp, nor past it.
     if (shadow.isPerspective > 0.5) towards = min(towards, 0.5 * length(relative - shadow.origin));
 #endif
-    return relative + toLight * (towards + shadow.constantBias * longer + shadowRoundingBias(largestOf(relative)));
+    return relative + (isBehind ? facing * height : toLight * towards) +
+           toLight * (shadow.constantBias * longer + shadowRoundingBias(largestOf(relative)));
 }
 
 // A step of a texel's side on the surface's plane: the side, and as far along the light as brings it back to the plane.
@@ -76,7 +79,7 @@ vec3 stepOnPlane(vec3 side, vec3 facing, vec3 toLight) {
 }
 
 #ifdef FEATURE_SHADOW_HEMISPHERES
-ShadowPlace placeOnHemisphere(GpuShadow shadow, vec3 relative, vec3 facing, vec3 toLight) {
+ShadowPlace placeOnHemisphere(GpuShadow shadow, vec3 relative, vec3 facing, bool isBehind, vec3 toLight) {
     ShadowPlace place;
     float perTexel = length(shadow.texelX);
     vec3 axisX = shadow.texelX / perTexel;
@@ -90,7 +93,7 @@ ShadowPlace placeOnHemisphere(GpuShadow shadow, vec3 relative, vec3 facing, vec3
                   shadow.axisZ * (4.0 * t.x / (q * q))) * (far * perTexel);
     vec3 sideY = (axisY * (2.0 / q - 4.0 * t.y * t.y / (q * q)) - axisX * (4.0 * t.x * t.y / (q * q)) +
                   shadow.axisZ * (4.0 * t.y / (q * q))) * (far * perTexel);
-    vec3 moved = movedByBiases(shadow, relative, facing, toLight, sideX, sideY) - shadow.origin;
+    vec3 moved = movedByBiases(shadow, relative, facing, isBehind, toLight, sideX, sideY) - shadow.origin;
     float movedFar = length(moved);
     d = moved / max(movedFar, 1e-30);
     t = vec2(dot(d, axisX), dot(d, axisY)) / max(1.0 - dot(d, shadow.axisZ), 1e-3);
@@ -119,16 +122,18 @@ float distanceOf(GpuShadow shadow, float stored, vec2 texel) {
 #if !defined(FEATURE_SHADOW_PERSPECTIVE) && !defined(FEATURE_SHADOW_WARP)
 // The general function below, multiplied out where nothing but the place itself varies over the map: a third of the
 // numbers to load.
-ShadowPlace placeOnParallelMap(GpuShadow shadow, vec3 relative, vec3 facing) {
+ShadowPlace placeOnParallelMap(GpuShadow shadow, vec3 relative, vec3 facing, bool isBehind) {
     ShadowPlace place;
     vec3 along = vec3(dot(shadow.texelRowX.xyz, facing), dot(shadow.texelRowY.xyz, facing),
                       dot(shadow.depthRow.xyz, facing));
     float height = abs(along.x) * shadow.offsetX + abs(along.y) * shadow.offsetY;
     place.texel = vec2(dot(shadow.texelRowX.xyz, relative) + shadow.texelRowX.w,
-                       dot(shadow.texelRowY.xyz, relative) + shadow.texelRowY.w);
+                       dot(shadow.texelRowY.xyz, relative) + shadow.texelRowY.w) +
+                  along.xy * (isBehind ? height : 0.0);
+    float cosine = along.z / shadow.depthPerMetre;
+    float towards = isBehind ? height * cosine : shadowOffsetToLight(height, cosine);
     place.stored = dot(shadow.depthRow.xyz, relative) + shadow.depthRow.w +
-                   shadow.depthPerMetre * (shadowOffsetToLight(height, along.z / shadow.depthPerMetre) +
-                                           shadowRoundingBias(largestOf(relative)));
+                   shadow.depthPerMetre * (towards + shadowRoundingBias(largestOf(relative)));
     place.isOn = all(greaterThanEqual(place.texel, vec2(0.0))) && all(lessThan(place.texel, vec2(shadow.mapSize)));
     place.slope = vec2(0.0);
 #ifdef FEATURE_SHADOW_FILTER
@@ -143,18 +148,19 @@ ShadowPlace placeOnParallelMap(GpuShadow shadow, vec3 relative, vec3 facing) {
 
 // relative: the surface, eye-relative world; normal: geometric, unit; toLight: unit.
 ShadowPlace placeOnShadowMap(GpuShadow shadow, vec3 relative, vec3 normal, vec3 toLight) {
-    vec3 facing = dot(normal, toLight) < 0.0 ? -normal : normal;
+    bool isBehind = dot(normal, toLight) < 0.0;
+    vec3 facing = isBehind ? -normal : normal;
 #ifdef FEATURE_SHADOW_HEMISPHERES
-    if (shadow.shape == kShadowHemisphere) return placeOnHemisphere(shadow, relative, facing, toLight);
+    if (shadow.shape == kShadowHemisphere) return placeOnHemisphere(shadow, relative, facing, isBehind, toLight);
 #endif
 #if !defined(FEATURE_SHADOW_PERSPECTIVE) && !defined(FEATURE_SHADOW_WARP)
-    return placeOnParallelMap(shadow, relative, facing);
+    return placeOnParallelMap(shadow, relative, facing, isBehind);
 #else
     ShadowPlace place;
     vec3 sideX;
     vec3 sideY;
     texelSides(shadow, relative, toLight, sideX, sideY);
-    vec4 clip = shadow.clipFromRelative * vec4(movedByBiases(shadow, relative, facing, toLight, sideX, sideY), 1.0);
+    vec4 clip = shadow.clipFromRelative * vec4(movedByBiases(shadow, relative, facing, isBehind, toLight, sideX, sideY), 1.0);
     vec3 mapped = clip.xyz / clip.w;
     place.texel = (mapped.xy * 0.5 + 0.5) * shadow.mapSize;
     place.stored = mapped.z;

@@ -72,6 +72,10 @@ void main() {
         if (light.index < firstLight || light.index >= firstLight + uint(4 * LAYER_FACTORS)) continue;
         vec3 toLight;
         irradianceFrom(light, surface.relative, toLight);
+#ifdef FEATURE_UNWRAPPED
+        // Nobody looks from any side; the biases know the side that faces away.
+        faceNormal = faceNormalWorld();
+#endif
         factors[light.index - firstLight] = shadowFactor(i, light, surface.relative, faceNormal, toLight);
     }
     for (int i = 0; i < LAYER_FACTORS; ++i)

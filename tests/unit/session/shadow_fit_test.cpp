@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -313,6 +314,38 @@ TEST_F(LightFits, PointLightsOutsideTheSceneGetASpotsMapAndInsideACube) {
             EXPECT_EQ(result.fits[part].part, part);
         }
     }
+}
+
+// A penumbra's measure is a width: of a sun that of its disc a metre away, of a lamp its diameter.
+TEST_F(LightFits, LightsAreTwiceAsWideAsTheirRadiusSays) {
+    addBox({-1, -1, -1}, {1, 1, 1});
+    const auto sun = aspect.create<DirectionalLight>("sun");
+    aspect.edit(sun).set<&DirectionalLight::angularRadius>(0.3f);
+    node(placed(root, {0, 0, 4}), any(sun));
+    const auto spot = aspect.create<SpotLight>("spot");
+    aspect.edit(spot).set<&SpotLight::radius>(0.25f);
+    node(placed(root, {0, 0, 4}), any(spot));
+    const auto lamp = aspect.create<PointLight>("lamp");
+    aspect.edit(lamp).set<&PointLight::radius>(0.5f);
+    node(placed(root, {0, 0, 4}), any(lamp));
+    const auto widths = [&](float lightSize) {
+        ShadowFitRequest request{ShadowFitMode::Scene, 512};
+        request.lightSize = lightSize;
+        std::vector<float> all;
+        for (const ShadowFit& fit : fits(request).fits) all.push_back(fit.filter.lightSize);
+        std::sort(all.begin(), all.end());
+        return all;
+    };
+    const std::vector<float> own = widths(-1.0f);
+    ASSERT_EQ(own.size(), 3u);
+    EXPECT_EQ(own[0], 0.5f);
+    EXPECT_NEAR(own[1], 2.0 * std::tan(0.3), 1e-6);
+    EXPECT_EQ(own[2], 1.0f);
+    // The viewport's own measure: metres across, radians across.
+    const std::vector<float> given = widths(0.4f);
+    EXPECT_EQ(given[0], 0.4f);
+    EXPECT_EQ(given[1], 0.4f);
+    EXPECT_NEAR(given[2], 2.0 * std::tan(0.2), 1e-6);
 }
 
 TEST_F(LightFits, ShadowlessLightsAreSkipped) {
