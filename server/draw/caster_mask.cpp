@@ -67,6 +67,7 @@ CasterMask::CasterMask(const ShadowFit& fit, const glm::dvec3& eyeWorld)
     : _clipFromRelative(fit.clipFromWorld * glm::translate(glm::dmat4(1.0), eyeWorld)),
       _mapSize(fit.mapSize),
       _casters(fit.casters),
+      _isAnyDepth(fit.filter.maxTexels > 0.0f),
       _dilation(fit.mapSize > 0 ? lookupReach(fit) * kCells / fit.mapSize : 0.0),
       _farthest(fit.mapSize > 0 ? static_cast<std::size_t>(kCells) * kCells : 0, kUnmarked) {
     if (_mapSize == 0) return;
@@ -160,7 +161,7 @@ void CasterMask::addReceiver(const Box& box, const glm::dmat4& relativeFromObjec
                                     : footprintOf(hullOfIntersection(box, relativeFromObject, frustum));
     if (footprint.kind == Footprint::Kind::Nothing) return;
     const double farthest = footprint.kind == Footprint::Kind::Everything ? 0.0 : footprint.farthest;
-    const auto depth = static_cast<float>(std::clamp(farthest - kDepthMargin, -1.0, 1.0));
+    const auto depth = _isAnyDepth ? -1.0f : static_cast<float>(std::clamp(farthest - kDepthMargin, -1.0, 1.0));
     visitRows(footprint, _dilation, [&](int y, int from, int to) {
         float* row = _farthest.data() + static_cast<std::size_t>(y) * kCells;
         for (int x = from; x <= to; ++x) row[x] = std::min(row[x], depth);

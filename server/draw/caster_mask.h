@@ -50,6 +50,7 @@ class CasterMask {
     glm::dvec3 _unwarp;  // undistorted depth = z / w / dot(unwarp, (x, y, 1))
     std::uint32_t _mapSize;  // 0: no map, nothing is marked
     ShadowCasters _casters;
+    bool _isAnyDepth;  // filters compare with the receiver's plane, beside it also with what lies deeper than all receivers
     double _dilation;              // cells
     std::vector<float> _farthest;  // reversed depth of the farthest receiver by cell; 2: none
     PixelRect _marked;             // cells

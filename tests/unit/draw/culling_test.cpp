@@ -152,7 +152,7 @@ RC_GTEST_PROP(CasterMask, ACasterOfAVisiblePointIsKept, ()) {
     RC_ASSERT(mask.casts(caster, identity));
 }
 
-TEST(CasterMask, WhatLiesBehindOrBesideTheReceiversCastsNothing) {
+TEST(CasterMask, WhatLiesBehindOrBesideTheReceiversCastsNothingUnlessAFilterAsks) {
     const View view = viewOf({64, 64});
     const Frustum frustum = tileFrustum(view, {0, 0, 64, 64}, 0.0);
     // Light straight down: x to x, z to -y of the map.
@@ -179,6 +179,13 @@ TEST(CasterMask, WhatLiesBehindOrBesideTheReceiversCastsNothing) {
     EXPECT_TRUE(mask.casts(boxAt({-5.5f, 2, -7.5f}), identity));
     EXPECT_FALSE(mask.casts(boxAt({-5.5f, -5, -7.5f}), identity));  // below
     EXPECT_FALSE(mask.casts(boxAt({-3, 2, -7.5f}), identity));      // beside
+    // A filter compares what lies beside the receiver with its plane, which may be steep: however deep, it counts.
+    ShadowFit filtered = fitOf(clip, glm::dmat3(1, 0, 0, 0, 0, -1, 0, 1, 0), 512);
+    filtered.filter.maxTexels = 4.0f;
+    CasterMask wide(filtered, glm::dvec3(0.0));
+    wide.addReceiver(receiver, identity, frustum, true);
+    EXPECT_TRUE(wide.casts(boxAt({-5.5f, -9, -7.5f}), identity));
+    EXPECT_FALSE(wide.casts(boxAt({-3, -9, -7.5f}), identity));
     const PixelRect texels = mask.texels();
     EXPECT_LE(texels.width, 20);  // a metre is 12.8 texels
     EXPECT_GE(texels.width, 13);
