@@ -293,8 +293,10 @@ RC_GTEST_PROP(ShadowWarp, LispsMeanTexelIsTheShortest, ()) {
         for (const double x : {-3.0, 3.0}) body.points.push_back({x, y, -1.0});
     for (int i = *rc::gen::inRange(3, 20); i > 0; --i) {
         const double x = *rc::gen::inRange(-300, 301) * 0.01, y = *rc::gen::inRange(0, 1001) * 0.01;
-        body.places.push_back({{x, y, -1.0}, 1.0 + y + 0.01 * *rc::gen::inRange(0, 100), 1.0});
+        body.places.push_back({{x, y, -1.0}, 1.0 + y, 1.0});
     }
+    // Both ends, so that depth has a slope that nothing fades.
+    for (const double y : {0.0, 10.0}) body.places.push_back({{0.0, y, -1.0}, 1.0 + y, 1.0});
     const auto meanTexel = [&](float factor) {
         ShadowFitRequest request = requestFor(ShadowMode::LightSpacePerspective);
         request.lispFactor = factor;
