@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -233,8 +234,19 @@ TEST(LightMapBake, TextureCoordinatesThatCurveAreContinuousOverEdges) {
 class Painted final : public LightMapDrawer {
  public:
     Result<void> unwrap(std::vector<std::vector<glm::dvec2>> corners, std::uint32_t size) override {
-        _corners = std::move(corners);
         _size = size;
+        _trianglesAt.assign(std::size_t{size} * size, {});
+        for (const std::vector<glm::dvec2>& surface : corners)
+            for (std::size_t t = 0; t + 2 < surface.size(); t += 3) {
+                const std::array triangle{surface[t], surface[t + 1], surface[t + 2]};
+                const auto texel = [&](const glm::dvec2& at) {
+                    return glm::clamp(glm::ivec2(glm::floor(at)), 0, static_cast<int>(size) - 1);
+                };
+                const glm::ivec2 from = texel(glm::min(triangle[0], glm::min(triangle[1], triangle[2])));
+                const glm::ivec2 to = texel(glm::max(triangle[0], glm::max(triangle[1], triangle[2])));
+                for (int y = from.y; y <= to.y; ++y)
+                    for (int x = from.x; x <= to.x; ++x) trianglesAt(x, y).push_back(triangle);
+            }
         return {};
     }
     Result<std::vector<std::vector<float>>> lookUp(std::uint32_t x, std::uint32_t y, std::uint32_t side,
@@ -256,18 +268,18 @@ class Painted final : public LightMapDrawer {
         return factors;
     }
     static double factorAt(const glm::dvec2& at) { return std::fmod(0.37 * at.x + 0.11 * at.y, 1.0); }
-    bool isCovered(const glm::dvec2& at) const {
-        for (const std::vector<glm::dvec2>& surface : _corners)
-            for (std::size_t t = 0; t + 2 < surface.size(); t += 3) {
-                int left = 0, right = 0;
-                for (std::size_t k = 0; k < 3; ++k) {
-                    const glm::dvec2 edge = surface[t + (k + 1) % 3] - surface[t + k], to = at - surface[t + k];
-                    const double area = edge.x * to.y - edge.y * to.x;
-                    left += area > 0.0;
-                    right += area < 0.0;
-                }
-                if (left == 3 || right == 3) return true;
+    bool isCovered(const glm::dvec2& at) {
+        if (at.x >= _size || at.y >= _size) return false;
+        for (const std::array<glm::dvec2, 3>& triangle : trianglesAt(static_cast<int>(at.x), static_cast<int>(at.y))) {
+            int left = 0, right = 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const glm::dvec2 edge = triangle[(k + 1) % 3] - triangle[k], to = at - triangle[k];
+                const double area = edge.x * to.y - edge.y * to.x;
+                left += area > 0.0;
+                right += area < 0.0;
             }
+            if (left == 3 || right == 3) return true;
+        }
         return false;
     }
 
@@ -275,7 +287,12 @@ class Painted final : public LightMapDrawer {
     int callsThatWork = 1 << 30;
 
  private:
-    std::vector<std::vector<glm::dvec2>> _corners;
+    std::vector<std::array<glm::dvec2, 3>>& trianglesAt(int x, int y) {
+        return _trianglesAt[static_cast<std::size_t>(y) * _size + static_cast<std::size_t>(x)];
+    }
+
+    std::vector<std::vector<std::array<glm::dvec2, 3>>>
+        _trianglesAt;  // those that may cover some of a texel, row by row
     std::uint32_t _size = 0;
 };
 
