@@ -252,16 +252,7 @@ float filterSoft(sampler2DArray maps, sampler2DArray bounds, GpuShadow shadow, S
     for (int i = 0; i < taps; ++i) {
         vec2 centre = clamp(floor(at), vec2(0.0), vec2(shadow.mapSize - 1.0)) + 0.5;
         float stored = texelFetch(maps, ivec3(ivec2(centre), int(shadow.layer)), 0).r;
-        if (stored > place.stored + dot(place.slope, centre - place.texel)) {
-            float blocker = distanceOf(shadow, stored, centre);
-#ifdef FEATURE_SHADOW_NEAREST_BLOCKER
-            sum = found > 0.0 ? min(sum, blocker) : blocker;
-            found = 1.0;
-#else
-            sum += blocker;
-            found += 1.0;
-#endif
-        }
+        addBlocker(shadow, place, stored, centre, sum, found);
         ++column;
         at.x += step.x;
         if (column == count) {
