@@ -67,6 +67,7 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_TWO_LIGHTS", "2-lights"},
     {"FEATURE_THREE_LIGHTS", "3-lights"},
     {"FEATURE_FOUR_LIGHTS", "4-lights"},
+    {"FEATURE_PASSED_CONSTANTS", "passed-constants"},
     {"FEATURE_FOREIGN_SHADING", "foreign"},
     {"FEATURE_SHADOWS", "shadows"},
     {"FEATURE_SHADOW_WARP", "warped-maps"},

@@ -72,6 +72,7 @@ enum class Feature : std::uint32_t {
     TwoLights,
     ThreeLights,
     FourLights,
+    PassedConstants,  // what is the same for all of an item reaches pixels by its vertices (Workaround)
     ForeignShading,  // without a model: its colour times what shadows leave of the light
     Shadows,         // from here on, those of ShadowFeature, in its order
     ShadowWarp,

@@ -77,6 +77,17 @@ FeatureSet surfaceFeatures(const GpuMaterial& material, FeatureSet attributes, c
     return features;
 }
 
+// Whether the constants of a surface's shader fit into interpolants: those of one parallel light with one map at most
+// (shaders/snippet/passed_constants.glsl).
+bool canPassConstants(FeatureSet features) {
+    constexpr FeatureSet kOthers = bit(Feature::PointLights) | bit(Feature::SpotLights) |
+                                   bit(Feature::GoniometricLights) | bit(Feature::VertexShading) |
+                                   bit(Feature::ShadowPerspective) | bit(Feature::ShadowCube) |
+                                   bit(Feature::ShadowHemispheres) | bit(Feature::ShadowView) |
+                                   bit(Feature::ShadowLightMap) | bit(Feature::ShadowMixed);
+    return has(features, Feature::OneLight) && has(features, Feature::DirectionalLights) && (features & kOthers) == 0;
+}
+
 FeatureSet fogFeature(const Fog* fog) {
     if (!fog) return 0;
     constexpr Feature kModes[kEnumCount<FogMode>] = {Feature::FogLinear, Feature::FogQuadratic, Feature::FogExponential,
@@ -170,8 +181,8 @@ void bindLightMap(const ViewScene& view, const SurfaceItem& item) {
     item.lightMapPlaces->bindBase(GL_SHADER_STORAGE_BUFFER, GpuLightMap::kPlacesBinding);
 }
 
-GpuScene::GpuScene(std::size_t textureBudgetBytes, int maxTextureSize)
-    : _textures(textureBudgetBytes, maxTextureSize) {}
+GpuScene::GpuScene(std::size_t textureBudgetBytes, int maxTextureSize, bool passesConstants)
+    : _textures(textureBudgetBytes, maxTextureSize), _passesConstants(passesConstants) {}
 
 void GpuScene::changed(const ChangeList& changes, const Aspect& scene) {
     for (const ContainerChange& change : changes.changed) {
@@ -365,6 +376,8 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         }
         if (needs.faceNormals && isLit) item.features |= attributes & bit(Feature::FirstVertexNormals);
         item.layerFeatures |= attributes & bit(Feature::FirstVertexNormals);
+        if (_passesConstants && isLit && canPassConstants(item.features))
+            item.features |= bit(Feature::PassedConstants);
         item.isMirrored = item.isMirrored != (glm::determinant(placement.linear) < 0.0);
         // Light passes through what is blended; how much, no plain shadow map can say.
         item.castsShadow = !has(materialFeatures, Feature::AlphaBlend) && !excluded(tree, viewport, source.entry);

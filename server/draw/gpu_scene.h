@@ -79,7 +79,8 @@ struct ViewScene {
 // The scene on the GPU. Follows change lists; a frame costs what changed plus a pass over the draw items.
 class GpuScene {
  public:
-    GpuScene(std::size_t textureBudgetBytes, int maxTextureSize);
+    // passesConstants: Workaround::LlvmpipeGathersConstants is in force.
+    GpuScene(std::size_t textureBudgetBytes, int maxTextureSize, bool passesConstants);
 
     void changed(const ChangeList& changes, const Aspect& scene);
     // Brings geometries that are on the GPU up to date.
@@ -102,6 +103,7 @@ class GpuScene {
     Result<GpuGeometry*> geometryOf(const Aspect& scene, ContainerId id, const GpuGeometry::Needs& needs);
 
     GpuTextures _textures;
+    bool _passesConstants;
     GpuMaterials _materials;
     Deformer _deformer;
     GpuEnvironments _environments;

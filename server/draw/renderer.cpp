@@ -79,19 +79,19 @@ double processorMilliseconds() {
 }
 
 // Empty where the driver's timer queries cannot be believed.
-gl::Query frameTimer(const gl::ContextInfo& info) {
-    const auto workarounds = gl::Workarounds::detect(info);
-    if (!workarounds || workarounds->isActive(gl::Workaround::LlvmpipeTimerQueriesLie)) return {};
+gl::Query frameTimer(const gl::Workarounds& workarounds) {
+    if (workarounds.isActive(gl::Workaround::LlvmpipeTimerQueriesLie)) return {};
     return gl::Query(GL_TIME_ELAPSED);
 }
 
 class SceneRenderer final : public Renderer {
  public:
-    SceneRenderer(gl::HeadlessContext& context, const Options& options)
+    SceneRenderer(gl::HeadlessContext& context, const Options& options, const gl::Workarounds& workarounds)
         : _limits(context.info().limits),
-          _scene(options.textureBudgetBytes, _limits.maxTextureSize),
+          _scene(options.textureBudgetBytes, _limits.maxTextureSize,
+                 workarounds.isActive(gl::Workaround::LlvmpipeGathersConstants)),
           _painter(_scene, _shaders, _targets, {_limits.maxViewportWidth, _limits.maxViewportHeight}),
-          _timer(frameTimer(context.info())) {}
+          _timer(frameTimer(workarounds)) {}
 
     void sceneChanged(const ChangeList& changes, const Aspect& scene) override { _scene.changed(changes, scene); }
 
@@ -275,7 +275,9 @@ class SceneRenderer final : public Renderer {
 
 Result<std::unique_ptr<Renderer>> Renderer::create(gl::HeadlessContext& context, const Options& options) {
     if (!context.isCurrent()) return failure("the renderer's OpenGL context is not current on this thread");
-    return std::unique_ptr<Renderer>(std::make_unique<SceneRenderer>(context, options));
+    const auto workarounds = gl::Workarounds::detect(context.info(), options.disabledWorkarounds);
+    if (!workarounds) return workarounds.error();
+    return std::unique_ptr<Renderer>(std::make_unique<SceneRenderer>(context, options, *workarounds));
 }
 
 }  // namespace umbriel

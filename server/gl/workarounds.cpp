@@ -20,6 +20,8 @@ constexpr WorkaroundEntry kKnown[] = {
     {Workaround::LlvmpipeTimerQueriesLie, "mesa-llvmpipe-timer-queries-lie",
      "timer queries report when commands were queued, not when they ran; times are taken with glFinish and a clock",
      "llvmpipe"},
+    {Workaround::LlvmpipeGathersConstants, "mesa-llvmpipe-gathers-constants",
+     "fragment shaders gather uniform numbers pixel by pixel; constants of surfaces come from vertices", "llvmpipe"},
 };
 
 }  // namespace

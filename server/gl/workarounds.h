@@ -14,6 +14,9 @@ enum class Workaround {
     // GL_TIME_ELAPSED and GL_TIMESTAMP tell when commands were queued, not when they ran: 0.24 ms for a draw of 78 ms.
     // Measure with glFinish and a steady clock instead.
     LlvmpipeTimerQueriesLie,
+    // Fragment shaders gather each number of a uniform block pixel by pixel, about 28 instructions for 8 pixels; flat
+    // interpolants and blocks in vertex shaders are read at once (Mesa 22.3.6).
+    LlvmpipeGathersConstants,
 };
 
 // The workarounds in force for one context.

@@ -6,10 +6,10 @@
 
 ClassicMaterial classicMaterial(vec3 diffuse) {
     ClassicMaterial classic;
-    classic.ambient = material.ambient.rgb;
+    classic.ambient = MATERIAL.ambient.rgb;
     classic.diffuse = diffuse;
     classic.specular = specularColour();
-    classic.shininess = material.specular.w;
+    classic.shininess = MATERIAL.specular.w;
     return classic;
 }
 

@@ -2,8 +2,6 @@
 
 // What reaches the eye from all the lights of a draw item, at a place: the part that is the same for every model.
 
-layout(location = 3) uniform vec3 ambientRadiance;  // of the ambient lights that reach this item
-
 #if defined(FEATURE_DIRECTIONAL_LIGHTS) || defined(FEATURE_POINT_LIGHTS) || defined(FEATURE_SPOT_LIGHTS) || \
     defined(FEATURE_GONIOMETRIC_LIGHTS)
 #define ANY_LIGHTS
@@ -12,7 +10,7 @@ layout(location = 3) uniform vec3 ambientRadiance;  // of the ambient lights tha
 #ifdef LIT
 vec3 ambientSum(Reflection reflection, float occlusion) {
 #ifdef FEATURE_AMBIENT_LIGHTS
-    return reflectAmbient(reflection, ambientRadiance, occlusion);
+    return reflectAmbient(reflection, AMBIENT_RADIANCE, occlusion);
 #else
     return vec3(0.0);
 #endif
@@ -50,7 +48,7 @@ vec3 shadowTint(uint i, GpuLight light, vec3 relative, vec3 faceNormal, vec3 toL
 vec3 sharedTint(vec3 relative, vec3 faceNormal) {
     vec3 all = vec3(0.0);
 #ifdef FEATURE_AMBIENT_LIGHTS
-    all = ambientRadiance / kInversePi;
+    all = AMBIENT_RADIANCE / kInversePi;
 #endif
     vec3 left = all;
     for (uint i = 0u; i < lightCount(); ++i) {

@@ -1,6 +1,7 @@
 #include "formula/attenuation.glsl"
 #include "formula/light.glsl"
 #include "snippet/photometric_web.glsl"
+#include "snippet/passed_constants.glsl"
 #include "structs/light_block.glsl"
 
 #if defined(FEATURE_ONE_LIGHT)
@@ -13,9 +14,62 @@
 #define LIGHT_COUNT 4u
 #endif
 
+layout(location = 3) uniform vec3 ambientRadiance;  // of the ambient lights that reach this item
+#ifdef READS_PASSED_CONSTANTS
+#define AMBIENT_RADIANCE passed.ambientRadiance
+#else
+#define AMBIENT_RADIANCE ambientRadiance
+#endif
+
 // The lights that reach a draw item; positions are eye-relative world. lightAt(i) is the i-th of lightCount(), and
 // firstShadowOf(i, light) its first record of shadowAt(), when it has any.
-#ifdef LIGHT_COUNT
+#ifdef READS_PASSED_CONSTANTS
+// One parallel light.
+uint lightCount() { return 1u; }
+GpuLight lightAt(uint i) {
+    GpuLight light;
+    light.kind = kLightDirectional;
+    light.direction = passed.direction;
+    light.irradianceOrIntensity = passed.irradianceOrIntensity;
+    light.ambientShare = passed.ambientShare;
+    light.highlightShare = passed.highlightShare;
+    light.shadowIndex = 0;
+    light.index = passed.index;
+    return light;
+}
+uint firstShadowOf(uint i, GpuLight light) { return 0u; }
+#ifdef FEATURE_SHADOWS
+// One map.
+GpuShadow shadowAt(uint i) {
+    GpuShadow shadow;
+    shadow.clipFromRelative = passed.clipFromRelative;
+    shadow.texelX = passed.texelX;
+    shadow.texelY = passed.texelY;
+    shadow.isPerspective = 0.0;
+    shadow.mapSize = passed.mapSize;
+    shadow.unwarp = passed.unwarp;
+    shadow.layer = passed.layer;
+    shadow.constantBias = passed.constantBias;
+    shadow.normalOffset = passed.normalOffset;
+    shadow.depthScale = passed.depthScale;
+    shadow.depthOffset = passed.depthOffset;
+    shadow.filterTexels = passed.filterTexels;
+    shadow.filterMetres = passed.filterMetres;
+    shadow.lightSize = passed.lightSize;
+    shadow.maxTexels = passed.maxTexels;
+    shadow.filterSamples = passed.filterSamples;
+    shadow.blockerSamples = passed.blockerSamples;
+    shadow.boundsBlock = passed.boundsBlock;
+    shadow.texelRowX = passed.texelRowX;
+    shadow.texelRowY = passed.texelRowY;
+    shadow.depthRow = passed.depthRow;
+    shadow.offsetX = passed.offsetX;
+    shadow.offsetY = passed.offsetY;
+    shadow.depthPerMetre = passed.depthPerMetre;
+    return shadow;
+}
+#endif
+#elif defined(LIGHT_COUNT)
 layout(std140, binding = 2) uniform LightBlock { BlockLight blockLights[kBlockLights]; };
 uint lightCount() { return LIGHT_COUNT; }
 GpuLight lightAt(uint i) { return blockLights[i].light; }

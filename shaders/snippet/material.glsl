@@ -1,3 +1,5 @@
+#include "snippet/passed_constants.glsl"
+
 const int kMaxLobes = 4;  // GpuMaterials
 
 // One material: GpuMaterials::Block.
@@ -10,6 +12,11 @@ layout(std140, binding = 1) uniform MaterialBlock {
     vec4 uvFromTexCoord[12];
     vec4 lobes[2 * kMaxLobes];  // albedo, exponent; axes, 1 where there is a lobe
 } material;
+#ifdef READS_PASSED_CONSTANTS
+#define MATERIAL passed  // all but what textures and lobes need
+#else
+#define MATERIAL material
+#endif
 
 layout(binding = 0) uniform sampler2D baseColourTexture;
 layout(binding = 1) uniform sampler2D metallicRoughnessTexture;
@@ -39,8 +46,8 @@ vec2 transformedTexCoord(int unit, vec2 texCoord) {
 
 vec3 specularColour() {
 #ifdef FEATURE_SPECULAR_TEXTURE
-    return material.specular.rgb * SAMPLE(specularTexture, 5).rgb;
+    return MATERIAL.specular.rgb * SAMPLE(specularTexture, 5).rgb;
 #else
-    return material.specular.rgb;
+    return MATERIAL.specular.rgb;
 #endif
 }

@@ -4,8 +4,8 @@
 MetallicRoughness metallicRoughnessMaterial(vec3 baseColour) {
     MetallicRoughness reflection;
     reflection.baseColour = baseColour;
-    reflection.metallic = material.metallicRoughness.x;
-    reflection.roughness = material.metallicRoughness.y;
+    reflection.metallic = MATERIAL.metallicRoughness.x;
+    reflection.roughness = MATERIAL.metallicRoughness.y;
 #ifdef FEATURE_METALLIC_ROUGHNESS_TEXTURE
     vec4 mapped = SAMPLE(metallicRoughnessTexture, 1);
     reflection.metallic *= mapped.b;

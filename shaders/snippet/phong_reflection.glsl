@@ -14,7 +14,7 @@ struct PhongReflection {
 };
 
 PhongReflection reflectionOf(vec3 factor, vec3 texel) {
-    return PhongReflection(factor * texel, specularColour(), material.specular.w);
+    return PhongReflection(factor * texel, specularColour(), MATERIAL.specular.w);
 }
 
 PhongReflection withHighlight(PhongReflection reflection, vec3 share) {

@@ -9,9 +9,9 @@
 PhongOriginal reflectionOf(vec3 factor, vec3 texel) {
     PhongOriginal reflection;
     reflection.colour = factor * texel;
-    reflection.ambient = material.ambient.w;
+    reflection.ambient = MATERIAL.ambient.w;
     reflection.specular = specularColour();
-    reflection.shininess = material.specular.w;
+    reflection.shininess = MATERIAL.specular.w;
     return reflection;
 }
 

@@ -4,9 +4,9 @@
 
 vec4 baseFactor() {
 #ifdef FEATURE_VERTEX_COLOURS
-    return material.baseColour * surface.colour;
+    return MATERIAL.baseColour * surface.colour;
 #else
-    return material.baseColour;
+    return MATERIAL.baseColour;
 #endif
 }
 
@@ -20,8 +20,8 @@ vec4 baseTexel() {
 
 vec3 emittedRadiance() {
 #ifdef FEATURE_EMISSION_TEXTURE
-    return material.emission.rgb * SAMPLE(emissionTexture, 4).rgb;
+    return MATERIAL.emission.rgb * SAMPLE(emissionTexture, 4).rgb;
 #else
-    return material.emission.rgb;
+    return MATERIAL.emission.rgb;
 #endif
 }

@@ -36,7 +36,7 @@ layout(location = 5) uniform uint firstLight;
 
 void main() {
 #ifdef FEATURE_ALPHA_MASK
-    float alpha = material.baseColour.a;
+    float alpha = MATERIAL.baseColour.a;
 #ifdef FEATURE_VERTEX_COLOURS
     alpha *= surface.colour.a;
 #endif
@@ -82,6 +82,6 @@ void main() {
         factorsOut[i] = vec4(factors[4 * i], factors[4 * i + 1], factors[4 * i + 2], factors[4 * i + 3]);
 #endif
 #ifdef FEATURE_ALPHA_MASK
-    if (alpha < material.emission.w) discard;
+    if (alpha < MATERIAL.emission.w) discard;
 #endif
 }

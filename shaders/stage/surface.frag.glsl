@@ -102,6 +102,6 @@ void main() {
 #endif
 #ifdef FEATURE_ALPHA_MASK
     // Last, so that every texture above had its neighbours for the choice of mip.
-    if (base.a < material.emission.w) discard;
+    if (base.a < MATERIAL.emission.w) discard;
 #endif
 }

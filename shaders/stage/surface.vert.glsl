@@ -4,6 +4,9 @@
 #include "snippet/surface_varyings.glsl"
 
 #include VERTEX_SHADING
+#ifdef FEATURE_PASSED_CONSTANTS
+#include "snippet/pass_constants.glsl"
+#endif
 
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
@@ -45,6 +48,9 @@ void main() {
     surface.faceNormal = faceNormal;
 #endif
     shadeVertex();
+#ifdef FEATURE_PASSED_CONSTANTS
+    passConstants();
+#endif
 #ifdef FEATURE_UNWRAPPED
     gl_Position = frame.clipFromRelative * vec4(texCoords1, 0.0, 1.0);
 #else

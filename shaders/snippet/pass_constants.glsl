@@ -1,0 +1,42 @@
+#include "snippet/lights.glsl"
+#include "snippet/material.glsl"
+
+// Of the vertices: what snippet/passed_constants.glsl hands on.
+void passConstants() {
+    passed.baseColour = material.baseColour;
+    passed.metallicRoughness = material.metallicRoughness;
+    passed.emission = material.emission;
+    passed.specular = material.specular;
+    passed.ambient = material.ambient;
+    passed.ambientRadiance = ambientRadiance;
+    passed.direction = blockLights[0].light.direction;
+    passed.irradianceOrIntensity = blockLights[0].light.irradianceOrIntensity;
+    passed.ambientShare = blockLights[0].light.ambientShare;
+    passed.highlightShare = blockLights[0].light.highlightShare;
+    passed.index = blockLights[0].light.index;
+#ifdef FEATURE_SHADOWS
+    passed.clipFromRelative = shadowAt(0).clipFromRelative;
+    passed.texelX = shadowAt(0).texelX;
+    passed.texelY = shadowAt(0).texelY;
+    passed.unwarp = shadowAt(0).unwarp;
+    passed.mapSize = shadowAt(0).mapSize;
+    passed.layer = shadowAt(0).layer;
+    passed.constantBias = shadowAt(0).constantBias;
+    passed.normalOffset = shadowAt(0).normalOffset;
+    passed.depthScale = shadowAt(0).depthScale;
+    passed.depthOffset = shadowAt(0).depthOffset;
+    passed.filterTexels = shadowAt(0).filterTexels;
+    passed.filterMetres = shadowAt(0).filterMetres;
+    passed.lightSize = shadowAt(0).lightSize;
+    passed.maxTexels = shadowAt(0).maxTexels;
+    passed.filterSamples = shadowAt(0).filterSamples;
+    passed.blockerSamples = shadowAt(0).blockerSamples;
+    passed.boundsBlock = shadowAt(0).boundsBlock;
+    passed.texelRowX = shadowAt(0).texelRowX;
+    passed.texelRowY = shadowAt(0).texelRowY;
+    passed.depthRow = shadowAt(0).depthRow;
+    passed.offsetX = shadowAt(0).offsetX;
+    passed.offsetY = shadowAt(0).offsetY;
+    passed.depthPerMetre = shadowAt(0).depthPerMetre;
+#endif
+}

@@ -1,0 +1,51 @@
+// What is the same for all of a draw item, on its way from the vertices to the pixels. A renderer that gathers each number of a
+// uniform block for each pixel by itself (llvmpipe: 28 instructions, more than half of what a surface's pixel took) reads a
+// flat interpolant at once, and its vertices read a block as fast as any. Bits stay what they were. Only what a fragment
+// shader asks for is passed: linkers drop the rest. For items that one parallel light reaches, whose shadow is one map
+// (server/draw/gpu_scene.cpp): all of a shadow's records would not fit.
+#ifdef FEATURE_PASSED_CONSTANTS
+#ifdef VERTEX_STAGE
+#define PASSED out
+#else
+#define PASSED in
+#define READS_PASSED_CONSTANTS
+#endif
+PASSED Constants {
+    flat vec4 baseColour;  // as in MaterialBlock
+    flat vec4 metallicRoughness;
+    flat vec4 emission;
+    flat vec4 specular;
+    flat vec4 ambient;
+    flat vec3 ambientRadiance;
+    flat vec3 direction;  // as in GpuLight
+    flat vec3 irradianceOrIntensity;
+    flat vec3 ambientShare;
+    flat vec3 highlightShare;
+    flat uint index;
+#ifdef FEATURE_SHADOWS
+    flat mat4 clipFromRelative;  // as in GpuShadow
+    flat vec3 texelX;
+    flat vec3 texelY;
+    flat vec3 unwarp;
+    flat float mapSize;
+    flat float layer;
+    flat float constantBias;
+    flat float normalOffset;
+    flat float depthScale;
+    flat float depthOffset;
+    flat float filterTexels;
+    flat float filterMetres;
+    flat float lightSize;
+    flat float maxTexels;
+    flat uint filterSamples;
+    flat uint blockerSamples;
+    flat uint boundsBlock;
+    flat vec4 texelRowX;
+    flat vec4 texelRowY;
+    flat vec4 depthRow;
+    flat float offsetX;
+    flat float offsetY;
+    flat float depthPerMetre;
+#endif
+} passed;
+#endif
