@@ -1,5 +1,6 @@
 #include "server/draw/draw_list.h"
 
+#include "common/base/hash.h"
 #include "server/shadow/map_module.h"
 
 namespace umbriel {
@@ -115,6 +116,24 @@ void markReceivers(const ViewScene& scene, const Frustum& frustum, std::span<Cas
         });
 }
 
+namespace {
+
+BoxFaces backmostOf(const ViewScene& scene, const SurfaceItem& item, const ShadowFit& fit) {
+    return backmostFaces(item.geometry->flatBoxFaces(), item.geometry->box(), item.worldFromObject, scene.boxWorld, fit);
+}
+
+}  // namespace
+
+std::uint64_t backmostState(const ViewScene& scene, const ShadowFit& fit) {
+    std::vector<std::uint64_t> state;
+    for (const SurfaceItem& item : scene.items)
+        if (const BoxFaces faces = backmostOf(scene, item, fit); faces != 0) {
+            state.push_back(item.node.value);
+            state.push_back(faces);
+        }
+    return hash64(std::as_bytes(std::span(state)));
+}
+
 DrawList listCasters(const ViewScene& scene, const CasterMask& mask, const ShadowFit& fit) {
     DrawList list;
     if (mask.empty()) return list;
@@ -126,14 +145,17 @@ DrawList listCasters(const ViewScene& scene, const CasterMask& mask, const Shado
         if (!item.castsShadow || !item.isAmong(fit.casters)) continue;
         if (!mask.casts(item.geometry->box(), item.relativeFromObject)) continue;
         const bool hidesBacks = isOutside && item.casterFeatures == 0;
+        const BoxFaces backmost = backmostOf(scene, item, fit);
         SolidsFirst adder(list);
         const std::span<const Cluster> clusters = item.geometry->clusters();
         const std::span<const ClusterGroup> groups = item.geometry->groups();
         for (const ClusterGroup& group : groups) {
             if (groups.size() > 1 && !mask.casts(group.box, item.relativeFromObject)) continue;
-            for (std::uint32_t c = group.firstCluster; c < group.firstCluster + group.clusters; ++c)
+            for (std::uint32_t c = group.firstCluster; c < group.firstCluster + group.clusters; ++c) {
+                if (backmost != 0 && (backmost & faceUnder(clusters[c].box, item.geometry->box())) != 0) continue;
                 if (clusters.size() == 1 || mask.casts(clusters[c].box, item.relativeFromObject))
                     adder.add(i, clusters[c], c, hidesBacks && !clusters[c].solids.empty());
+            }
         }
     }
     list.opaqueEntries = list.entries.size();

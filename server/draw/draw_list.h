@@ -40,7 +40,9 @@ struct DrawList {
 DrawList listVisible(const ViewScene& scene, const Frustum& frustum);
 // Tells the masks (of the view's shadows, by index) which surfaces can be seen through the frustum.
 void markReceivers(const ViewScene& scene, const Frustum& frustum, std::span<CasterMask> masks);
-// What of the fit's casters can darken something visible through its mask.
+// What of the fit's casters can darken something visible through its mask; never what is behind everything (backmost.h).
 DrawList listCasters(const ViewScene& scene, const CasterMask& mask, const ShadowFit& fit);
+// A hash of what listCasters leaves out for being behind everything: that depends on more than the casters.
+std::uint64_t backmostState(const ViewScene& scene, const ShadowFit& fit);
 
 }  // namespace umbriel

@@ -376,6 +376,7 @@ void GpuGeometry::updateBounds() {
     _box = {};
     _groups = groupsOf(_clusters);
     for (const ClusterGroup& group : _groups) _box.add(group.box);
+    _flatBoxFaces = flatFacesOf(_clusters, _box);
 }
 
 std::shared_ptr<const CasterShape> GpuGeometry::casterShape() {

@@ -8,6 +8,7 @@
 #include "common/scene/change_list.h"
 #include "common/scene/nodes.h"
 #include "server/draw/frame_plan.h"
+#include "server/draw/backmost.h"
 #include "server/draw/mesh_layout.h"
 #include "server/gl/buffer.h"
 #include "server/gl/vertex_array.h"
@@ -66,6 +67,8 @@ class GpuGeometry {
     FeatureSet attributes() const { return _attributes; }
     const Box& box() const { return _box; }
     std::span<const Cluster> clusters() const { return _clusters; }
+    // Faces of the box that clusters lie flat on.
+    BoxFaces flatBoxFaces() const { return _flatBoxFaces; }
     std::uint32_t vertices() const { return _vertices; }
     std::span<const ClusterGroup> groups() const { return _groups; }
     std::uint32_t triangles() const { return _triangles; }
@@ -120,6 +123,7 @@ class GpuGeometry {
     std::uint32_t _vertices = 0;
     std::uint32_t _triangles = 0;
     Box _box;
+    BoxFaces _flatBoxFaces = 0;
     std::vector<Cluster> _clusters;
     std::vector<ClusterGroup> _groups;
     std::vector<std::uint32_t> _primitives;  // drawn triangle -> the scene's; empty: the same

@@ -390,6 +390,9 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
             casters[0].push_back(casterOf(item));
             if (result.lightMap) casters[item.isInLightMap ? 1 : 2].push_back(casters[0].back());
         }
+        const Box& box = item.geometry->box();
+        result.boxWorld.include(transformed(Affine{glm::dmat3(item.worldFromObject), glm::dvec3(item.worldFromObject[3])},
+                                            Box3d{glm::dvec3(box.minimum), glm::dvec3(box.maximum)}));
         result.items.push_back(item);
     }
     // Only now does every geometry have the order that all of its users need.

@@ -69,6 +69,7 @@ struct ViewScene {
     LightList lights;
     std::vector<SurfaceItem> items;  // opaque and cut out first, roughly front to back; then blended, back to front
     std::size_t opaqueItems = 0;
+    Box3d boxWorld;  // around all items
     std::vector<std::optional<EnvironmentUse>> environments;  // by run; none: no environment lights it
     std::vector<Deformer::Size> deformed;  // of the geometries that are not at rest
     GpuLightMap* lightMap = nullptr;       // null: no light's factors are in one

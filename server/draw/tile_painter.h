@@ -36,7 +36,7 @@ struct KeptShadowMaps {
     // that casts are the same.
     struct Layer {
         ShadowFit fit;
-        std::uint64_t casters = 0;  // ViewScene::casterStates
+        std::uint64_t casters = 0;  // ViewScene::casterStates, and what is left out of them for being behind everything
         std::optional<CasterMask> mask;
     };
     ShadowMaps maps;

@@ -17,6 +17,11 @@ std::uint32_t mapLayerOf(const ViewPainting& painting, std::uint32_t shadow) {
     return static_cast<std::uint32_t>(painting.scene.lights.shadows[shadow].layer);
 }
 
+// Of everything that the map of a fit is drawn from.
+std::uint64_t casterStateOf(const ViewScene& scene, const ShadowFit& fit) {
+    return scene.casterStates[static_cast<std::size_t>(fit.casters)] ^ backmostState(scene, fit);
+}
+
 }  // namespace
 
 Result<void> TilePainter::paintShadows(const Aspect& scene, const FramePlan& plan, std::span<ViewPainting> views,
@@ -84,8 +89,7 @@ bool TilePainter::isKept(const ViewPainting& painting, std::uint32_t shadow) con
     if (!painting.scene.viewport->reuseMaps) return false;
     const KeptShadowMaps::Layer& layer = painting.shadowMaps->drawn[mapLayerOf(painting, shadow)];
     const ShadowFit& fit = *painting.scene.lights.fits[shadow];
-    return layer.mask && layer.fit == fit &&
-           layer.casters == painting.scene.casterStates[static_cast<std::size_t>(fit.casters)];
+    return layer.mask && layer.fit == fit && layer.casters == casterStateOf(painting.scene, fit);
 }
 
 Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& painting, std::uint32_t shadow) {
@@ -128,7 +132,7 @@ Result<void> TilePainter::drawShadowMap(const Aspect& scene, ViewPainting& paint
     layer.mask.reset();
     auto drawn = shadowModule(fit.mode)->draw(fit, painting.shadowMaps->maps, mapLayer, mask.texels(), painter);
     if (!drawn) return drawn;
-    layer = {fit, painting.scene.casterStates[static_cast<std::size_t>(fit.casters)], std::move(mask)};
+    layer = {fit, casterStateOf(painting.scene, fit), std::move(mask)};
     return {};
 }
 
