@@ -141,22 +141,24 @@ gpu::GpuShadow MapModule::describe(const ShadowFit& fit, const glm::dvec3& eyeWo
         shadow.depthScale = static_cast<float>(fit.depthRange);
         shadow.depthOffset = static_cast<float>(fit.depthRange);
     }
-    if (!fit.perspective && !isWarped(fit)) {
+    if (!fit.perspective) {
         const glm::dmat4 clipFromRelative = fit.clipFromWorld * glm::translate(glm::dmat4(1.0), eyeWorld);
-        const glm::dvec3 sideX(shadow.texelX);
-        const glm::dvec3 sideY(shadow.texelY);
-        const double longer = std::sqrt(std::max(glm::dot(sideX, sideX), glm::dot(sideY, sideY)));
         const double half = 0.5 * fit.mapSize;
-        const glm::dvec4 corner(0.0, 0.0, 0.0, half);
-        shadow.texelRowX = glm::vec4(rowOf(clipFromRelative, 0) * half + corner);
-        shadow.texelRowY = glm::vec4(rowOf(clipFromRelative, 1) * half + corner);
-        shadow.depthRow =
-            glm::vec4(rowOf(clipFromRelative, 2) +
-                      glm::dvec4(0.0, 0.0, 0.0, perMetre * static_cast<double>(fit.constantBias) * longer));
-        // The map's x and y are at right angles in every uniform fit: a side is its gradient by the squared length.
-        shadow.offsetX = static_cast<float>(static_cast<double>(fit.normalOffset) * glm::dot(sideX, sideX));
-        shadow.offsetY = static_cast<float>(static_cast<double>(fit.normalOffset) * glm::dot(sideY, sideY));
+        const glm::dvec4 w = rowOf(clipFromRelative, 3);
+        shadow.texelRowX = glm::vec4((rowOf(clipFromRelative, 0) + w) * half);
+        shadow.texelRowY = glm::vec4((rowOf(clipFromRelative, 1) + w) * half);
         shadow.depthPerMetre = static_cast<float>(perMetre);
+        double depthAtEye = rowOf(clipFromRelative, 2).w;
+        if (!isWarped(fit)) {
+            const glm::dvec3 sideX(shadow.texelX);
+            const glm::dvec3 sideY(shadow.texelY);
+            const double longer = std::sqrt(std::max(glm::dot(sideX, sideX), glm::dot(sideY, sideY)));
+            depthAtEye += perMetre * static_cast<double>(fit.constantBias) * longer;
+            // The map's x and y are at right angles in every uniform fit: a side is its gradient by the squared length.
+            shadow.offsetX = static_cast<float>(static_cast<double>(fit.normalOffset) * glm::dot(sideX, sideX));
+            shadow.offsetY = static_cast<float>(static_cast<double>(fit.normalOffset) * glm::dot(sideY, sideY));
+        }
+        shadow.depthAtEye = static_cast<float>(depthAtEye);
     }
     shadow.filterTexels = fit.filter.widthTexels;
     shadow.filterMetres = fit.filter.widthMetres;

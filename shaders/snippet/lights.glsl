@@ -45,6 +45,8 @@ GpuShadow shadowAt(uint i) {
     shadow.clipFromRelative = passed.clipFromRelative;
     shadow.texelX = passed.texelX;
     shadow.texelY = passed.texelY;
+    shadow.warpX = passed.warpX;
+    shadow.warpY = passed.warpY;
     shadow.isPerspective = 0.0;
     shadow.mapSize = passed.mapSize;
     shadow.unwarp = passed.unwarp;
@@ -62,7 +64,7 @@ GpuShadow shadowAt(uint i) {
     shadow.boundsBlock = passed.boundsBlock;
     shadow.texelRowX = passed.texelRowX;
     shadow.texelRowY = passed.texelRowY;
-    shadow.depthRow = passed.depthRow;
+    shadow.depthAtEye = passed.depthAtEye;
     shadow.offsetX = passed.offsetX;
     shadow.offsetY = passed.offsetY;
     shadow.depthPerMetre = passed.depthPerMetre;

@@ -18,6 +18,8 @@ void passConstants() {
     passed.clipFromRelative = shadowAt(0).clipFromRelative;
     passed.texelX = shadowAt(0).texelX;
     passed.texelY = shadowAt(0).texelY;
+    passed.warpX = shadowAt(0).warpX;
+    passed.warpY = shadowAt(0).warpY;
     passed.unwarp = shadowAt(0).unwarp;
     passed.mapSize = shadowAt(0).mapSize;
     passed.layer = shadowAt(0).layer;
@@ -34,7 +36,7 @@ void passConstants() {
     passed.boundsBlock = shadowAt(0).boundsBlock;
     passed.texelRowX = shadowAt(0).texelRowX;
     passed.texelRowY = shadowAt(0).texelRowY;
-    passed.depthRow = shadowAt(0).depthRow;
+    passed.depthAtEye = shadowAt(0).depthAtEye;
     passed.offsetX = shadowAt(0).offsetX;
     passed.offsetY = shadowAt(0).offsetY;
     passed.depthPerMetre = shadowAt(0).depthPerMetre;

@@ -26,6 +26,8 @@ PASSED Constants {
     flat mat4 clipFromRelative;  // as in GpuShadow
     flat vec3 texelX;
     flat vec3 texelY;
+    flat float warpX;
+    flat float warpY;
     flat vec3 unwarp;
     flat float mapSize;
     flat float layer;
@@ -42,7 +44,7 @@ PASSED Constants {
     flat uint boundsBlock;
     flat vec4 texelRowX;
     flat vec4 texelRowY;
-    flat vec4 depthRow;
+    flat float depthAtEye;
     flat float offsetX;
     flat float offsetY;
     flat float depthPerMetre;

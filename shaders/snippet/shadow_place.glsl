@@ -122,26 +122,55 @@ float distanceOf(GpuShadow shadow, float stored, vec2 texel) {
 #if !defined(FEATURE_SHADOW_PERSPECTIVE) && !defined(FEATURE_SHADOW_WARP)
 // The general function below, multiplied out where nothing but the place itself varies over the map: a third of the
 // numbers to load.
-ShadowPlace placeOnParallelMap(GpuShadow shadow, vec3 relative, vec3 facing, bool isBehind) {
+ShadowPlace placeOnParallelMap(GpuShadow shadow, vec3 relative, vec3 facing, bool isBehind, vec3 toLight) {
     ShadowPlace place;
-    vec3 along = vec3(dot(shadow.texelRowX.xyz, facing), dot(shadow.texelRowY.xyz, facing),
-                      dot(shadow.depthRow.xyz, facing));
+    vec2 along = vec2(dot(shadow.texelRowX.xyz, facing), dot(shadow.texelRowY.xyz, facing));
+    float cosine = dot(toLight, facing);
     float height = abs(along.x) * shadow.offsetX + abs(along.y) * shadow.offsetY;
     place.texel = vec2(dot(shadow.texelRowX.xyz, relative) + shadow.texelRowX.w,
                        dot(shadow.texelRowY.xyz, relative) + shadow.texelRowY.w) +
-                  along.xy * (isBehind ? height : 0.0);
-    float cosine = along.z / shadow.depthPerMetre;
+                  along * (isBehind ? height : 0.0);
     float towards = isBehind ? height * cosine : shadowOffsetToLight(height, cosine);
-    place.stored = dot(shadow.depthRow.xyz, relative) + shadow.depthRow.w +
-                   shadow.depthPerMetre * (towards + shadowRoundingBias(largestOf(relative)));
+    place.stored = shadow.depthAtEye +
+                   shadow.depthPerMetre *
+                       (dot(toLight, relative) + (towards + shadowRoundingBias(largestOf(relative))));
     place.isOn = all(greaterThanEqual(place.texel, vec2(0.0))) && all(lessThan(place.texel, vec2(shadow.mapSize)));
     place.slope = vec2(0.0);
 #ifdef FEATURE_SHADOW_FILTER
     vec2 sides = vec2(dot(facing, shadow.texelX), dot(facing, shadow.texelY));
-    place.slope = -sides * (shadow.depthPerMetre / max(along.z / shadow.depthPerMetre, kLeastFacing));
+    place.slope = -sides * (shadow.depthPerMetre / max(cosine, kLeastFacing));
     place.texelMetres = vec2(length(shadow.texelX), length(shadow.texelY));
     place.distance = distanceOf(shadow, place.stored, place.texel);
 #endif
+    return place;
+}
+#endif
+
+#if !defined(FEATURE_SHADOW_PERSPECTIVE) && defined(FEATURE_SHADOW_WARP) && !defined(FEATURE_SHADOW_FILTER)
+// The same of a warped map of a parallel light: moved towards the light, a surface keeps its place on the map.
+ShadowPlace placeOnWarpedMap(GpuShadow shadow, vec3 relative, vec3 facing, bool isBehind, vec3 toLight) {
+    ShadowPlace place;
+    vec4 rowW = vec4(shadow.clipFromRelative[0][3], shadow.clipFromRelative[1][3], shadow.clipFromRelative[2][3],
+                     shadow.clipFromRelative[3][3]);
+    // The sides of a texel, but for w.
+    vec3 across = relative - dot(relative, toLight) * toLight;
+    vec3 sideX = shadow.texelX - across * shadow.warpX;
+    vec3 sideY = shadow.texelY - across * shadow.warpY;
+    float w = dot(rowW.xyz, relative) + rowW.w;
+    float height = shadowNormalOffset(vec3(dot(facing, sideX), dot(facing, sideY), 0.0), w, shadow.normalOffset);
+    float constant = shadow.constantBias * w * sqrt(max(dot(sideX, sideX), dot(sideY, sideY)));
+    vec3 moved = isBehind ? relative + facing * height : relative;
+    float towards = isBehind ? 0.0 : shadowOffsetToLight(height, dot(facing, toLight));
+    w = dot(rowW.xyz, moved) + rowW.w;
+    place.texel = vec2(dot(shadow.texelRowX.xyz, moved) + shadow.texelRowX.w,
+                       dot(shadow.texelRowY.xyz, moved) + shadow.texelRowY.w) / w;
+    place.depth = shadow.depthAtEye +
+                  shadow.depthPerMetre *
+                      (dot(toLight, moved) + (towards + constant + shadowRoundingBias(largestOf(relative))));
+    // Written so that NaN is off the map.
+    place.isOn = w > 0.0 && all(greaterThanEqual(place.texel, vec2(0.0))) &&
+                 all(lessThan(place.texel, vec2(shadow.mapSize)));
+    place.slope = vec2(0.0);
     return place;
 }
 #endif
@@ -154,7 +183,9 @@ ShadowPlace placeOnShadowMap(GpuShadow shadow, vec3 relative, vec3 normal, vec3 
     if (shadow.shape == kShadowHemisphere) return placeOnHemisphere(shadow, relative, facing, isBehind, toLight);
 #endif
 #if !defined(FEATURE_SHADOW_PERSPECTIVE) && !defined(FEATURE_SHADOW_WARP)
-    return placeOnParallelMap(shadow, relative, facing, isBehind);
+    return placeOnParallelMap(shadow, relative, facing, isBehind, toLight);
+#elif !defined(FEATURE_SHADOW_PERSPECTIVE) && !defined(FEATURE_SHADOW_FILTER)
+    return placeOnWarpedMap(shadow, relative, facing, isBehind, toLight);
 #else
     ShadowPlace place;
     vec3 sideX;

@@ -38,11 +38,14 @@ struct GpuShadow {
     uint filterSamples;     // along each side of a filter
     uint blockerSamples;    // along each side of the search for blockers
     uint boundsBlock;       // texels along each side of a block of shadowBounds
-    // Of parallel maps that are not warped, all above that their lookups need, multiplied out. Rows: relative to texels
-    // from the map's corner, and to stored depth.
+    // Of parallel maps, what their lookups need, multiplied out. Rows: relative to texels from the map's corner, on warped
+    // ones times w.
     vec4 texelRowX;
     vec4 texelRowY;
-    vec4 depthRow;          // constantBias included
+    float depthAtEye;       // undistorted; constantBias included where no warp makes it vary
+    float unused1;
+    float unused2;
+    float unused3;
     float offsetX;          // metres above the plane per texel that a unit normal leads along the map's x: normalOffset
     float offsetY;          //   times the squared side; the same for y
     float depthPerMetre;    // towards the light
@@ -61,4 +64,4 @@ LAYOUT_OFFSET(GpuShadow, depthOffset, 156)
 LAYOUT_OFFSET(GpuShadow, filterTexels, 160)
 LAYOUT_OFFSET(GpuShadow, shape, 176)
 LAYOUT_OFFSET(GpuShadow, boundsBlock, 188)
-LAYOUT_OFFSET(GpuShadow, depthRow, 224)
+LAYOUT_OFFSET(GpuShadow, depthAtEye, 224)
