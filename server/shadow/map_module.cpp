@@ -2,14 +2,36 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "server/shadow/shadow_maps.h"
+#include "shaders/formula_cpp.h"
 
 namespace umbriel {
 namespace {
 
 glm::dvec4 rowOf(const glm::dmat4& matrix, int row) {
     return {matrix[0][row], matrix[1][row], matrix[2][row], matrix[3][row]};
+}
+
+struct Extent {
+    double texel = 0.0;     // the longer side of the smallest texel, metres
+    double farthest = 0.0;  // of what the map covers, from the eye, metres
+};
+
+// Of a parallel light's map; across: from the map (acrossFromMap), relative to the eye. At its corners and its middle.
+Extent extentOf(const glm::dmat3& across, std::uint32_t mapSize, double depthPerMetre, double depthAtEye) {
+    Extent extent{std::numeric_limits<double>::infinity(), 0.0};
+    const double along = std::max(std::abs(depthAtEye), std::abs(1.0 - depthAtEye)) / depthPerMetre;
+    for (const glm::dvec2& corner : {glm::dvec2(0, 0), {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}) {
+        const glm::dvec3 t = across * glm::dvec3(corner, 1.0);
+        const auto side = [&](int axis) {
+            return glm::length((glm::dvec2(across[axis]) * t.z - glm::dvec2(t) * across[axis].z) / (t.z * t.z));
+        };
+        extent.texel = std::min(extent.texel, std::max(side(0), side(1)) * 2.0 / mapSize);
+        extent.farthest = std::max(extent.farthest, glm::length(glm::dvec3(glm::dvec2(t) / t.z, along)));
+    }
+    return extent;
 }
 
 }  // namespace
@@ -46,30 +68,9 @@ bool isMapMirrored(const ShadowFit& fit) {
 }
 
 double lookupReach(const ShadowFit& fit) {
-    // The nearest texel's centre is half a texel away; 0.1 covers rounding.
+    // The nearest texel's centre is half a texel away; 0.1 covers rounding. Biases lead along the light.
     constexpr double kTexelReach = 0.6;
-    const double filterReach = 0.5 * static_cast<double>(fit.filter.maxTexels) + (fit.filter.bilinear ? 1.0 : 0.0);
-    const double offset = std::abs(fit.normalOffset);
-    // Of what faces away the offset moves along the normal n by offset * (|n.X| + |n.Y|), X and Y being the texel's
-    // sides; along the map's x that is at most offset * (|X| + |Y|) |x|, where x, the gradient of x in texels, has
-    // length 1 / (|X| sin(X, Y)).
-    const glm::dmat3 across = acrossFromMap(fit, fit.perspective ? fit.positionWorld : glm::dvec3(0.0));
-    double largest = 0.0;
-    // Shapes of texels change monotonically over the map but for turns of their sides, which 10 % cover.
-    constexpr int kSteps = 4;
-    for (int i = 0; i <= kSteps; ++i)
-        for (int k = 0; k <= kSteps; ++k) {
-            const glm::dvec3 map(2.0 * i / kSteps - 1.0, 2.0 * k / kSteps - 1.0, 1.0);
-            const glm::dvec3 t = across * map;
-            const glm::dvec2 x = glm::dvec2(across[0]) * t.z - glm::dvec2(t) * across[0].z;
-            const glm::dvec2 y = glm::dvec2(across[1]) * t.z - glm::dvec2(t) * across[1].z;
-            const double area = std::abs(x.x * y.y - x.y * y.x);
-            const double sum = glm::length(x) + glm::length(y);
-            largest = std::max(largest, sum * std::max(glm::length(x), glm::length(y)) / area);
-        }
-    // Of square texels the bound over all normals is (1 + sqrt(2)) / 2 instead of 2.
-    const double reach = isWarped(fit) ? 1.1 * largest : 0.60355339059327378 * largest;
-    return std::isfinite(reach) ? offset * std::min(reach, 1e6) + kTexelReach + filterReach : 1e6;
+    return kTexelReach + 0.5 * static_cast<double>(fit.filter.maxTexels) + (fit.filter.bilinear ? 1.0 : 0.0);
 }
 
 ShadowFeatureSet MapModule::features(const ShadowFit& fit) const {
@@ -148,17 +149,17 @@ gpu::GpuShadow MapModule::describe(const ShadowFit& fit, const glm::dvec3& eyeWo
         shadow.texelRowX = glm::vec4((rowOf(clipFromRelative, 0) + w) * half);
         shadow.texelRowY = glm::vec4((rowOf(clipFromRelative, 1) + w) * half);
         shadow.depthPerMetre = static_cast<float>(perMetre);
-        double depthAtEye = rowOf(clipFromRelative, 2).w;
+        const Extent extent = extentOf(across, fit.mapSize, perMetre, rowOf(clipFromRelative, 2).w);
         if (!isWarped(fit)) {
             const glm::dvec3 sideX(shadow.texelX);
             const glm::dvec3 sideY(shadow.texelY);
-            const double longer = std::sqrt(std::max(glm::dot(sideX, sideX), glm::dot(sideY, sideY)));
-            depthAtEye += perMetre * static_cast<double>(fit.constantBias) * longer;
             // The map's x and y are at right angles in every uniform fit: a side is its gradient by the squared length.
             shadow.offsetX = static_cast<float>(static_cast<double>(fit.normalOffset) * glm::dot(sideX, sideX));
             shadow.offsetY = static_cast<float>(static_cast<double>(fit.normalOffset) * glm::dot(sideY, sideY));
         }
-        shadow.depthAtEye = static_cast<float>(depthAtEye);
+        shadow.depthAtEye = static_cast<float>(rowOf(clipFromRelative, 2).w +
+                                               perMetre * (static_cast<double>(fit.constantBias) * extent.texel +
+                                                           formula_f64::shadowRoundingBias(extent.farthest)));
     }
     shadow.filterTexels = fit.filter.widthTexels;
     shadow.filterMetres = fit.filter.widthMetres;

@@ -1,8 +1,9 @@
 #include "snippet/lights.glsl"
 #include "snippet/material.glsl"
 
-// Of the vertices: what snippet/passed_constants.glsl hands on.
-void passConstants() {
+// Of the vertices: what snippet/passed_constants.glsl hands on. faceNormal: of the triangles that begin with the vertex, unit,
+// world axes.
+void passConstants(vec3 relative, vec3 faceNormal) {
     passed.baseColour = material.baseColour;
     passed.metallicRoughness = material.metallicRoughness;
     passed.emission = material.emission;
@@ -40,5 +41,11 @@ void passConstants() {
     passed.offsetX = shadowAt(0).offsetX;
     passed.offsetY = shadowAt(0).offsetY;
     passed.depthPerMetre = shadowAt(0).depthPerMetre;
+#ifdef PASSES_SHADOW_PLACE
+    vec3 toLight = -blockLights[0].light.direction;
+    passed.linear = linearOnMap(shadowAt(0), relative, toLight);
+    passed.cosine = dot(faceNormal, toLight);
+    passed.bias = biasOfFace(shadowAt(0), relative, passed.cosine < 0.0 ? -faceNormal : faceNormal, toLight);
+#endif
 #endif
 }

@@ -10,6 +10,12 @@
 #define PASSED in
 #define READS_PASSED_CONSTANTS
 #endif
+#if defined(FEATURE_SHADOWS) && !defined(FEATURE_SHADOW_FILTER) && defined(FEATURE_FIRST_VERTEX_NORMALS)
+#define PASSES_SHADOW_PLACE
+#ifdef READS_PASSED_CONSTANTS
+#define READS_SHADOW_PLACE
+#endif
+#endif
 PASSED Constants {
     flat vec4 baseColour;  // as in MaterialBlock
     flat vec4 metallicRoughness;
@@ -48,6 +54,11 @@ PASSED Constants {
     flat float offsetX;
     flat float offsetY;
     flat float depthPerMetre;
+#ifdef PASSES_SHADOW_PLACE
+    vec4 linear;         // of snippet/shadow_place.glsl
+    flat vec4 bias;
+    flat float cosine;  // between the face's normal and the way to the light
+#endif
 #endif
 } passed;
 #endif

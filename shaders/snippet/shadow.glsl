@@ -29,7 +29,11 @@ layout(binding = 10) uniform sampler2DArray shadowBounds;  // stage/shadow_bound
 
 // One map, plain or warped, filtered as the viewport wants it.
 float shadowFactor_map(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
+#ifdef READS_SHADOW_PLACE
+    ShadowPlace place = placeOnParallelMap(shadowAt(shadow), passed.linear, passed.bias);
+#else
     ShadowPlace place = placeOnShadowMap(shadowAt(shadow), relative, normal, toLight);
+#endif
 #if defined(FEATURE_SHADOW_SOFT_FILTER)
     return filterSoft(shadowMaps, shadowBounds, shadowAt(shadow), place);
 #elif defined(FEATURE_SHADOW_FILTER)
@@ -52,7 +56,17 @@ float shadowFactor_hemispheres(uint shadow, vec3 relative, vec3 normal, vec3 toL
 }
 #endif
 
+bool isTurnedAway(vec3 normal, vec3 toLight) {
+#ifdef READS_SHADOW_PLACE
+    return gl_FrontFacing ? passed.cosine < 0.0 : passed.cosine > 0.0;
+#else
+    return dot(normal, toLight) < 0.0;
+#endif
+}
+
 float shadowFactor_maps(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
+    // What is turned away is in its own shadow, whoever else casts.
+    if (isTurnedAway(normal, toLight)) return 0.0;
 #ifdef FEATURE_SHADOW_CUBE
     if (shadowAt(shadow).shape == kShadowCube) return shadowFactor_cube(shadow, relative, normal, toLight);
 #endif

@@ -57,10 +57,8 @@ void texelSides(GpuShadow shadow, vec3 relative, vec3 toLight, out vec3 sideX, o
 float largestOf(vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
 
 // relative moved by the biases, for a texel with these sides (metres, world axes): towards the light alone, so that its
-// place on the map stays. isBehind: the surface faces away; it moves along its normal, into what it is the back of, since
-// the way towards the light would lead out of that at its edges.
-vec3 movedByBiases(GpuShadow shadow, vec3 relative, vec3 facing, bool isBehind, vec3 toLight, vec3 texelX,
-                   vec3 texelY) {
+// place on the map stays.
+vec3 movedByBiases(GpuShadow shadow, vec3 relative, vec3 facing, vec3 toLight, vec3 texelX, vec3 texelY) {
     float longer = sqrt(max(dot(texelX, texelX), dot(texelY, texelY)));
     float height =
         shadowNormalOffset(vec3(dot(facing, texelX), dot(facing, texelY), 0.0), 1.0, shadow.normalOffset);
@@ -69,8 +67,8 @@ vec3 movedByBiases(GpuShadow shadow, vec3 relative, vec3 facing, bool isBehind, 
     // Not to the lamp, nor past it.
     if (shadow.isPerspective > 0.5) towards = min(towards, 0.5 * length(relative - shadow.origin));
 #endif
-    return relative + (isBehind ? facing * height : toLight * towards) +
-           toLight * (shadow.constantBias * longer + shadowRoundingBias(largestOf(relative)));
+    return relative +
+           toLight * (towards + shadow.constantBias * longer + shadowRoundingBias(largestOf(relative)));
 }
 
 // A step of a texel's side on the surface's plane: the side, and as far along the light as brings it back to the plane.
@@ -79,7 +77,7 @@ vec3 stepOnPlane(vec3 side, vec3 facing, vec3 toLight) {
 }
 
 #ifdef FEATURE_SHADOW_HEMISPHERES
-ShadowPlace placeOnHemisphere(GpuShadow shadow, vec3 relative, vec3 facing, bool isBehind, vec3 toLight) {
+ShadowPlace placeOnHemisphere(GpuShadow shadow, vec3 relative, vec3 facing, vec3 toLight) {
     ShadowPlace place;
     float perTexel = length(shadow.texelX);
     vec3 axisX = shadow.texelX / perTexel;
@@ -93,7 +91,7 @@ ShadowPlace placeOnHemisphere(GpuShadow shadow, vec3 relative, vec3 facing, bool
                   shadow.axisZ * (4.0 * t.x / (q * q))) * (far * perTexel);
     vec3 sideY = (axisY * (2.0 / q - 4.0 * t.y * t.y / (q * q)) - axisX * (4.0 * t.x * t.y / (q * q)) +
                   shadow.axisZ * (4.0 * t.y / (q * q))) * (far * perTexel);
-    vec3 moved = movedByBiases(shadow, relative, facing, isBehind, toLight, sideX, sideY) - shadow.origin;
+    vec3 moved = movedByBiases(shadow, relative, facing, toLight, sideX, sideY) - shadow.origin;
     float movedFar = length(moved);
     d = moved / max(movedFar, 1e-30);
     t = vec2(dot(d, axisX), dot(d, axisY)) / max(1.0 - dot(d, shadow.axisZ), 1e-3);
@@ -119,54 +117,57 @@ float distanceOf(GpuShadow shadow, float stored, vec2 texel) {
     return shadow.depthOffset - shadow.depthScale * depth;
 }
 
-#if !defined(FEATURE_SHADOW_PERSPECTIVE) && !defined(FEATURE_SHADOW_WARP)
-// The general function below, multiplied out where nothing but the place itself varies over the map: a third of the
-// numbers to load.
-ShadowPlace placeOnParallelMap(GpuShadow shadow, vec3 relative, vec3 facing, bool isBehind, vec3 toLight) {
-    ShadowPlace place;
-    vec2 along = vec2(dot(shadow.texelRowX.xyz, facing), dot(shadow.texelRowY.xyz, facing));
-    float cosine = dot(toLight, facing);
-    float height = abs(along.x) * shadow.offsetX + abs(along.y) * shadow.offsetY;
-    place.texel = vec2(dot(shadow.texelRowX.xyz, relative) + shadow.texelRowX.w,
-                       dot(shadow.texelRowY.xyz, relative) + shadow.texelRowY.w) +
-                  along * (isBehind ? height : 0.0);
-    float towards = isBehind ? height * cosine : shadowOffsetToLight(height, cosine);
-    place.stored = shadow.depthAtEye +
-                   shadow.depthPerMetre *
-                       (dot(toLight, relative) + (towards + shadowRoundingBias(largestOf(relative))));
-    place.isOn = all(greaterThanEqual(place.texel, vec2(0.0))) && all(lessThan(place.texel, vec2(shadow.mapSize)));
-    place.slope = vec2(0.0);
-#ifdef FEATURE_SHADOW_FILTER
-    vec2 sides = vec2(dot(facing, shadow.texelX), dot(facing, shadow.texelY));
-    place.slope = -sides * (shadow.depthPerMetre / max(cosine, kLeastFacing));
-    place.texelMetres = vec2(length(shadow.texelX), length(shadow.texelY));
-    place.distance = distanceOf(shadow, place.stored, place.texel);
-#endif
-    return place;
-}
-#endif
+#if !defined(FEATURE_SHADOW_PERSPECTIVE) && !(defined(FEATURE_SHADOW_WARP) && defined(FEATURE_SHADOW_FILTER))
+#define PARALLEL_SHADOW_PLACE
+// The general function below for parallel lights, in two steps that interpolants may part: towards such a light a surface
+// keeps its place on the map, so that all but the division by w is linear in the place or the same all over a face.
 
-#if !defined(FEATURE_SHADOW_PERSPECTIVE) && defined(FEATURE_SHADOW_WARP) && !defined(FEATURE_SHADOW_FILTER)
-// The same of a warped map of a parallel light: moved towards the light, a surface keeps its place on the map.
-ShadowPlace placeOnWarpedMap(GpuShadow shadow, vec3 relative, vec3 facing, bool isBehind, vec3 toLight) {
+vec4 rowOfW(GpuShadow shadow) {
+    return vec4(shadow.clipFromRelative[0][3], shadow.clipFromRelative[1][3], shadow.clipFromRelative[2][3],
+                shadow.clipFromRelative[3][3]);
+}
+
+// Linear in the place, and 0 at the eye: texels (times w) from where the eye is, undistorted depth, w.
+vec4 linearOnMap(GpuShadow shadow, vec3 relative, vec3 toLight) {
+    vec4 linear = vec4(dot(shadow.texelRowX.xyz, relative), dot(shadow.texelRowY.xyz, relative),
+                       shadow.depthPerMetre * dot(toLight, relative), 0.0);
+#ifdef FEATURE_SHADOW_WARP
+    linear.w = dot(rowOfW(shadow).xyz, relative);
+#endif
+    return linear;
+}
+
+// The bias of a face that looks to the light, in undistorted depth: x, or on a warped map, for depth z of linearOnMap(),
+// w (|x + y z| + |z + w z|), as the sides of texels are linear in the place across the light, times w.
+vec4 biasOfFace(GpuShadow shadow, vec3 onFace, vec3 facing, vec3 toLight) {
+    float cosine = dot(facing, toLight);
+#ifdef FEATURE_SHADOW_WARP
+    float perHeight = shadow.depthPerMetre * shadowOffsetToLight(shadow.normalOffset, cosine);
+    float height = dot(facing, onFace);
+    vec2 warp = vec2(shadow.warpX, shadow.warpY);
+    vec2 still = perHeight * (vec2(dot(facing, shadow.texelX), dot(facing, shadow.texelY)) - warp * height);
+    vec2 perDepth = (perHeight * cosine / shadow.depthPerMetre) * warp;
+    return vec4(still.x, perDepth.x, still.y, perDepth.y);
+#else
+    float height = abs(dot(shadow.texelRowX.xyz, facing)) * shadow.offsetX +
+                   abs(dot(shadow.texelRowY.xyz, facing)) * shadow.offsetY;
+    return vec4(shadow.depthPerMetre * shadowOffsetToLight(height, cosine), 0.0, 0.0, 0.0);
+#endif
+}
+
+ShadowPlace placeOnParallelMap(GpuShadow shadow, vec4 linear, vec4 bias) {
     ShadowPlace place;
-    vec4 rowW = vec4(shadow.clipFromRelative[0][3], shadow.clipFromRelative[1][3], shadow.clipFromRelative[2][3],
-                     shadow.clipFromRelative[3][3]);
-    // The sides of a texel, but for w.
-    vec3 across = relative - dot(relative, toLight) * toLight;
-    vec3 sideX = shadow.texelX - across * shadow.warpX;
-    vec3 sideY = shadow.texelY - across * shadow.warpY;
-    float w = dot(rowW.xyz, relative) + rowW.w;
-    float height = shadowNormalOffset(vec3(dot(facing, sideX), dot(facing, sideY), 0.0), w, shadow.normalOffset);
-    float constant = shadow.constantBias * w * sqrt(max(dot(sideX, sideX), dot(sideY, sideY)));
-    vec3 moved = isBehind ? relative + facing * height : relative;
-    float towards = isBehind ? 0.0 : shadowOffsetToLight(height, dot(facing, toLight));
-    w = dot(rowW.xyz, moved) + rowW.w;
-    place.texel = vec2(dot(shadow.texelRowX.xyz, moved) + shadow.texelRowX.w,
-                       dot(shadow.texelRowY.xyz, moved) + shadow.texelRowY.w) / w;
-    place.depth = shadow.depthAtEye +
-                  shadow.depthPerMetre *
-                      (dot(toLight, moved) + (towards + constant + shadowRoundingBias(largestOf(relative))));
+    place.texel = linear.xy + vec2(shadow.texelRowX.w, shadow.texelRowY.w);
+    place.depth = linear.z + shadow.depthAtEye;
+#ifdef FEATURE_SHADOW_WARP
+    float w = linear.w + rowOfW(shadow).w;
+    place.texel /= w;
+    place.depth += w * (abs(bias.x + bias.y * linear.z) + abs(bias.z + bias.w * linear.z));
+#else
+    const float w = 1.0;
+    place.depth += bias.x;
+#endif
+    place.stored = place.depth;
     // Written so that NaN is off the map.
     place.isOn = w > 0.0 && all(greaterThanEqual(place.texel, vec2(0.0))) &&
                  all(lessThan(place.texel, vec2(shadow.mapSize)));
@@ -177,21 +178,26 @@ ShadowPlace placeOnWarpedMap(GpuShadow shadow, vec3 relative, vec3 facing, bool 
 
 // relative: the surface, eye-relative world; normal: geometric, unit; toLight: unit.
 ShadowPlace placeOnShadowMap(GpuShadow shadow, vec3 relative, vec3 normal, vec3 toLight) {
-    bool isBehind = dot(normal, toLight) < 0.0;
-    vec3 facing = isBehind ? -normal : normal;
+    vec3 facing = dot(normal, toLight) < 0.0 ? -normal : normal;
 #ifdef FEATURE_SHADOW_HEMISPHERES
-    if (shadow.shape == kShadowHemisphere) return placeOnHemisphere(shadow, relative, facing, isBehind, toLight);
+    if (shadow.shape == kShadowHemisphere) return placeOnHemisphere(shadow, relative, facing, toLight);
 #endif
-#if !defined(FEATURE_SHADOW_PERSPECTIVE) && !defined(FEATURE_SHADOW_WARP)
-    return placeOnParallelMap(shadow, relative, facing, isBehind, toLight);
-#elif !defined(FEATURE_SHADOW_PERSPECTIVE) && !defined(FEATURE_SHADOW_FILTER)
-    return placeOnWarpedMap(shadow, relative, facing, isBehind, toLight);
+#ifdef PARALLEL_SHADOW_PLACE
+    ShadowPlace place = placeOnParallelMap(shadow, linearOnMap(shadow, relative, toLight),
+                                           biasOfFace(shadow, relative, facing, toLight));
+#ifdef FEATURE_SHADOW_FILTER
+    vec2 sides = vec2(dot(facing, shadow.texelX), dot(facing, shadow.texelY));
+    place.slope = -sides * (shadow.depthPerMetre / max(dot(facing, toLight), kLeastFacing));
+    place.texelMetres = vec2(length(shadow.texelX), length(shadow.texelY));
+    place.distance = distanceOf(shadow, place.stored, place.texel);
+#endif
+    return place;
 #else
     ShadowPlace place;
     vec3 sideX;
     vec3 sideY;
     texelSides(shadow, relative, toLight, sideX, sideY);
-    vec4 clip = shadow.clipFromRelative * vec4(movedByBiases(shadow, relative, facing, isBehind, toLight, sideX, sideY), 1.0);
+    vec4 clip = shadow.clipFromRelative * vec4(movedByBiases(shadow, relative, facing, toLight, sideX, sideY), 1.0);
     vec3 mapped = clip.xyz / clip.w;
     place.texel = (mapped.xy * 0.5 + 0.5) * shadow.mapSize;
     place.stored = mapped.z;

@@ -49,7 +49,11 @@ void main() {
 #endif
     shadeVertex();
 #ifdef FEATURE_PASSED_CONSTANTS
-    passConstants();
+#ifdef FEATURE_WORLD_AXES
+    passConstants(surface.relative, faceNormal);
+#else
+    passConstants(surface.relative, normalizeOr(normalFromObject * faceNormal, vec3(0.0, 0.0, 1.0)));
+#endif
 #endif
 #ifdef FEATURE_UNWRAPPED
     gl_Position = frame.clipFromRelative * vec4(texCoords1, 0.0, 1.0);
