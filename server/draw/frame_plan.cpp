@@ -36,6 +36,7 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_PHONG_ORIGINAL", "phong-original"},
     {"FEATURE_GENERAL_SUM", "general-sum"},
     {"FEATURE_OPENGL_SUM", "opengl-sum"},
+    {"FEATURE_EMISSION", "emission"},
     {"FEATURE_MATT", "matt"},
     {"FEATURE_ALPHA_MASK", "alpha-mask"},
     {"FEATURE_ALPHA_BLEND", "alpha-blend"},

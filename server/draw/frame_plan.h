@@ -41,6 +41,7 @@ enum class Feature : std::uint32_t {
     PhongOriginal,
     GeneralSum,
     OpenGlSum,
+    Emission,  // a colour of its own light that is not 0
     Matt,  // a specular colour of 0, of models whose highlight is a multiple of it: not computed
     AlphaMask,
     AlphaBlend,

@@ -93,6 +93,7 @@ void GpuMaterials::fill(const Aspect& scene, const GpuTextures& images, Containe
             glm::vec4(glm::clamp(source->metallic.get(), 0.0f, 1.0f), glm::clamp(source->roughness.get(), 0.0f, 1.0f),
                       source->normalScale.get(), source->occlusionStrength.get());
         block.emission = glm::vec4(source->emission.get(), source->alphaCutoff.get());
+        if (source->emission.get() != glm::vec3(0.0f)) material.features |= bit(Feature::Emission);
         block.specular = glm::vec4(source->specular.get(), source->shininess.get());
         if (hasClassicHighlight(model) && source->specular.get() == glm::vec3(0.0f)) material.features |= bit(Feature::Matt);
         block.ambient = glm::vec4(source->ambient.get(), source->ambientShare.get());
@@ -102,7 +103,8 @@ void GpuMaterials::fill(const Aspect& scene, const GpuTextures& images, Containe
                                                           source->emissionTexture,   source->specularTexture};
         for (std::size_t i = 0; i < kMaterialTextures; ++i) {
             // What the model ignores costs nothing.
-            const bool read = readsTexture(model, kTextureFeatures[i]);
+            const bool read = readsTexture(model, kTextureFeatures[i]) &&
+                              (kTextureFeatures[i] != Feature::EmissionTexture || has(material.features, Feature::Emission));
             if (!textures[i]) continue;
             // Also of textures that cannot be used now: their image may come later.
             _usersOfTexture[textures[i]].push_back(id);

@@ -19,9 +19,11 @@ vec4 baseTexel() {
 }
 
 vec3 emittedRadiance() {
-#ifdef FEATURE_EMISSION_TEXTURE
+#if defined(FEATURE_EMISSION_TEXTURE)
     return MATERIAL.emission.rgb * SAMPLE(emissionTexture, 4).rgb;
-#else
+#elif defined(FEATURE_EMISSION)
     return MATERIAL.emission.rgb;
+#else
+    return vec3(0.0);
 #endif
 }
