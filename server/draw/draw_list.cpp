@@ -73,6 +73,16 @@ DrawList listVisible(const ViewScene& scene, const Frustum& frustum) {
     DrawList list;
     {
         SolidsFirst adder(list);
+        std::uint32_t facedItem = UINT32_MAX;
+        FacingTest facing;
+        const auto isTurnedAway = [&](std::uint32_t item, const Cluster& cluster) {
+            const SurfaceItem& surface = scene.items[item];
+            if (item != facedItem)
+                facing = FacingTest::ofView(*scene.view, surface.relativeFromObject, surface.geometry->box(),
+                                            surface.isMirrored);
+            facedItem = item;
+            return facing.isTurnedAway(cluster.box, cluster.normals);
+        };
         // What the near plane cuts open shows its backs. The plane is the view's, so all tiles draw the same.
         visitVisible(
             scene, frustum,
@@ -83,13 +93,16 @@ DrawList listVisible(const ViewScene& scene, const Frustum& frustum) {
                     const Cluster& cluster = surface.geometry->clusters()[c];
                     const bool isSolid = allBeyond ? !cluster.solids.empty()
                                                    : surface.hidesBacks && itemFrustum.isBeyondNear(cluster.solids);
+                    if (isSolid && isTurnedAway(item, cluster)) continue;
                     adder.add(item, cluster, c, isSolid);
                 }
             },
             [&](std::uint32_t item, std::uint32_t c, const ObjectFrustum& itemFrustum, Overlap) {
                 const SurfaceItem& surface = scene.items[item];
                 const Cluster& cluster = surface.geometry->clusters()[c];
-                adder.add(item, cluster, c, surface.hidesBacks && itemFrustum.isBeyondNear(cluster.solids));
+                const bool isSolid = surface.hidesBacks && itemFrustum.isBeyondNear(cluster.solids);
+                if (isSolid && isTurnedAway(item, cluster)) return;
+                adder.add(item, cluster, c, isSolid);
             });
     }
     while (list.opaqueEntries < list.entries.size() && list.entries[list.opaqueEntries].item < scene.opaqueItems)
@@ -126,14 +139,20 @@ DrawList listCasters(const ViewScene& scene, const CasterMask& mask, const Shado
         if (!item.castsShadow || !item.isAmong(fit.casters)) continue;
         if (!mask.casts(item.geometry->box(), item.relativeFromObject)) continue;
         const bool hidesBacks = isOutside && item.casterFeatures == 0;
+        const FacingTest facing = hidesBacks ? FacingTest::ofMap(fit, item.worldFromObject, item.geometry->box(),
+                                                                 item.isMirrored != list.isMirrored)
+                                             : FacingTest();
         SolidsFirst adder(list);
         const std::span<const Cluster> clusters = item.geometry->clusters();
         const std::span<const ClusterGroup> groups = item.geometry->groups();
         for (const ClusterGroup& group : groups) {
             if (groups.size() > 1 && !mask.casts(group.box, item.relativeFromObject)) continue;
-            for (std::uint32_t c = group.firstCluster; c < group.firstCluster + group.clusters; ++c)
+            for (std::uint32_t c = group.firstCluster; c < group.firstCluster + group.clusters; ++c) {
+                const bool isSolid = hidesBacks && !clusters[c].solids.empty();
+                if (isSolid && facing.isTurnedAway(clusters[c].box, clusters[c].normals)) continue;
                 if (clusters.size() == 1 || mask.casts(clusters[c].box, item.relativeFromObject))
-                    adder.add(i, clusters[c], c, hidesBacks && !clusters[c].solids.empty());
+                    adder.add(i, clusters[c], c, isSolid);
+            }
         }
     }
     list.opaqueEntries = list.entries.size();
