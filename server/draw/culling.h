@@ -56,13 +56,14 @@ enum class Overlap { Outside, Partial, Inside };
 
 // The frustum in the space of an object.
 struct ObjectFrustum {
+    ObjectFrustum() = default;  // nothing is outside
     ObjectFrustum(const Frustum& frustum, const glm::dmat4& relativeFromObject);
     // Conservative: a box near a corner of the frustum may count as Partial although it is outside.
     Overlap classify(const Box& box) const;
     // Whether all of it lies behind the near plane, which then cuts nothing off; false of an empty box.
     bool isBeyondNear(const Box& box) const;
 
-    std::array<Plane, 6> planes;
+    std::array<Plane, 6> planes{};
 };
 
 // The part of a convex polygon on the inner side of a plane.

@@ -74,6 +74,16 @@ DrawList listVisible(const ViewScene& scene, const Frustum& frustum) {
     DrawList list;
     {
         SolidsFirst adder(list);
+        std::uint32_t facedItem = UINT32_MAX;
+        FacingTest facing;
+        const auto isTurnedAway = [&](std::uint32_t item, const Cluster& cluster) {
+            const SurfaceItem& surface = scene.items[item];
+            if (item != facedItem)
+                facing = FacingTest::ofView(*scene.view, surface.relativeFromObject, surface.geometry->box(),
+                                            surface.isMirrored);
+            facedItem = item;
+            return facing.isTurnedAway(cluster.box, cluster.normals);
+        };
         // What the near plane cuts open shows its backs. The plane is the view's, so all tiles draw the same.
         visitVisible(
             scene, frustum,
@@ -84,13 +94,16 @@ DrawList listVisible(const ViewScene& scene, const Frustum& frustum) {
                     const Cluster& cluster = surface.geometry->clusters()[c];
                     const bool isSolid = allBeyond ? !cluster.solids.empty()
                                                    : surface.hidesBacks && itemFrustum.isBeyondNear(cluster.solids);
+                    if (isSolid && isTurnedAway(item, cluster)) continue;
                     adder.add(item, cluster, c, isSolid);
                 }
             },
             [&](std::uint32_t item, std::uint32_t c, const ObjectFrustum& itemFrustum, Overlap) {
                 const SurfaceItem& surface = scene.items[item];
                 const Cluster& cluster = surface.geometry->clusters()[c];
-                adder.add(item, cluster, c, surface.hidesBacks && itemFrustum.isBeyondNear(cluster.solids));
+                const bool isSolid = surface.hidesBacks && itemFrustum.isBeyondNear(cluster.solids);
+                if (isSolid && isTurnedAway(item, cluster)) return;
+                adder.add(item, cluster, c, isSolid);
             });
     }
     while (list.opaqueEntries < list.entries.size() && list.entries[list.opaqueEntries].item < scene.opaqueItems)
@@ -146,6 +159,9 @@ DrawList listCasters(const ViewScene& scene, const CasterMask& mask, const Shado
         if (!mask.casts(item.geometry->box(), item.relativeFromObject)) continue;
         const bool hidesBacks = isOutside && item.casterFeatures == 0;
         const BoxFaces backmost = backmostOf(scene, item, fit);
+        const FacingTest facing = hidesBacks ? FacingTest::ofMap(fit, item.worldFromObject, item.geometry->box(),
+                                                                 item.isMirrored != list.isMirrored)
+                                             : FacingTest();
         SolidsFirst adder(list);
         const std::span<const Cluster> clusters = item.geometry->clusters();
         const std::span<const ClusterGroup> groups = item.geometry->groups();
@@ -153,8 +169,10 @@ DrawList listCasters(const ViewScene& scene, const CasterMask& mask, const Shado
             if (groups.size() > 1 && !mask.casts(group.box, item.relativeFromObject)) continue;
             for (std::uint32_t c = group.firstCluster; c < group.firstCluster + group.clusters; ++c) {
                 if (backmost != 0 && (backmost & faceUnder(clusters[c].box, item.geometry->box())) != 0) continue;
+                const bool isSolid = hidesBacks && !clusters[c].solids.empty();
+                if (isSolid && facing.isTurnedAway(clusters[c].box, clusters[c].normals)) continue;
                 if (clusters.size() == 1 || mask.casts(clusters[c].box, item.relativeFromObject))
-                    adder.add(i, clusters[c], c, hidesBacks && !clusters[c].solids.empty());
+                    adder.add(i, clusters[c], c, isSolid);
             }
         }
     }

@@ -86,10 +86,11 @@ Result<void> GpuGeometry::build(const Geometry& geometry) {
     // Where the order of triangles is visible, so are back faces.
     SolidParts solids = _needs.keepOrder ? SolidParts() : solidPartsOf(order.indices, positions);
     moveSolidsFirst(order, solids);
+    const std::vector<std::uint32_t> sizes = sortSolidsByFacing(order, solids, positions);
     _triangles = positions.empty() ? 0 : static_cast<std::uint32_t>(order.indices.size() / 3);
     _primitives = order.primitives;
-    _clusters = clustersOf(order.indices, positions);
-    markSolids(_clusters, solids);
+    _clusters = clustersOf(order.indices, positions, sizes);
+    markSolids(_clusters, solids, order.indices, positions);
     updateBounds();
     if (_triangles == 0) return {};
 
@@ -338,7 +339,10 @@ void GpuGeometry::updateTriangles(const Geometry& geometry, const IndexRanges& v
 
     std::size_t lastCluster = SIZE_MAX;
     for (const std::uint32_t triangle : touched) {
-        const std::size_t index = triangle / kClusterTriangles;
+        const auto next = std::upper_bound(
+            _clusters.begin(), _clusters.end(), triangle,
+            [](std::uint32_t number, const Cluster& cluster) { return number < cluster.firstTriangle; });
+        const auto index = static_cast<std::size_t>(next - _clusters.begin()) - 1;
         if (index == lastCluster) continue;
         lastCluster = index;
         Cluster& cluster = _clusters[index];

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace umbriel {
 
@@ -61,23 +62,122 @@ void moveSolidsFirst(TriangleOrder& order, SolidParts& parts) {
     parts.partOfTriangle = std::move(partOfMoved);
 }
 
-std::vector<Cluster> clustersOf(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions) {
+namespace {
+
+struct FacingTriangle {
+    glm::vec3 normal;
+    std::uint32_t triangle;
+};
+
+// How much of the sphere of directions some normals take, times their number: 0 when they are the same.
+double spreadOf(double count, const glm::dvec3& sum) {
+    return std::sqrt(std::max(0.0, count * count - glm::dot(sum, sum)));
+}
+
+double clustersFor(std::size_t triangles) {
+    return static_cast<double>((triangles + kSolidClusterTriangles - 1) / kSolidClusterTriangles);
+}
+
+// Splits across an axis, where both sides spread least, until clusters are left.
+void splitByFacing(std::span<FacingTriangle> some, std::vector<std::uint32_t>& sizes) {
+    const auto byPlace = [](const FacingTriangle& a, const FacingTriangle& b) { return a.triangle < b.triangle; };
+    if (some.size() <= kSolidClusterTriangles) {
+        std::sort(some.begin(), some.end(), byPlace);
+        sizes.push_back(static_cast<std::uint32_t>(some.size()));
+        return;
+    }
+    // A cluster more costs as much as so many triangles.
+    constexpr double kClusterCost = 2.0;
+    const auto along = [](int axis) {
+        return [axis](const FacingTriangle& a, const FacingTriangle& b) {
+            return a.normal[axis] != b.normal[axis] ? a.normal[axis] < b.normal[axis] : a.triangle < b.triangle;
+        };
+    };
+    double best = std::numeric_limits<double>::infinity();
+    int bestAxis = 0;
+    std::size_t bestCount = some.size() / 2;
+    for (int axis = 0; axis < 3; ++axis) {
+        std::sort(some.begin(), some.end(), along(axis));
+        glm::dvec3 above(0.0);
+        for (const FacingTriangle& one : some) above += one.normal;
+        glm::dvec3 below(0.0);
+        for (std::size_t count = 1; count < some.size(); ++count) {
+            below += some[count - 1].normal;
+            above -= some[count - 1].normal;
+            const std::size_t rest = some.size() - count;
+            const double cost = spreadOf(static_cast<double>(count), below) +
+                                spreadOf(static_cast<double>(rest), above) +
+                                kClusterCost * (clustersFor(count) + clustersFor(rest));
+            if (!(cost < best)) continue;
+            best = cost;
+            bestAxis = axis;
+            bestCount = count;
+        }
+    }
+    std::sort(some.begin(), some.end(), along(bestAxis));
+    splitByFacing(some.first(bestCount), sizes);
+    splitByFacing(some.subspan(bestCount), sizes);
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> sortSolidsByFacing(TriangleOrder& order, SolidParts& parts,
+                                              std::span<const glm::vec3> positions) {
+    const std::size_t triangles = order.indices.size() / 3;
+    if (parts.boxes.empty() || order.primitives.size() != triangles) return {};
+    std::size_t solids = 0;
+    std::vector<std::uint32_t> rankOfPart(parts.boxes.size(), SolidParts::kNone);  // by first triangle
+    std::uint32_t ranks = 0;
+    for (; solids < triangles && parts.partOfTriangle[solids] != SolidParts::kNone; ++solids)
+        if (std::uint32_t& rank = rankOfPart[parts.partOfTriangle[solids]]; rank == SolidParts::kNone) rank = ranks++;
+    std::vector<FacingTriangle> facing(solids);
+    for (std::size_t i = 0; i < solids; ++i)
+        facing[i] = {faceNormal(positions[order.indices[3 * i]], positions[order.indices[3 * i + 1]],
+                                positions[order.indices[3 * i + 2]]),
+                     static_cast<std::uint32_t>(i)};
+    const auto rankOf = [&](const FacingTriangle& one) { return rankOfPart[parts.partOfTriangle[one.triangle]]; };
+    std::stable_sort(facing.begin(), facing.end(),
+                     [&](const FacingTriangle& a, const FacingTriangle& b) { return rankOf(a) < rankOf(b); });
+    std::vector<std::uint32_t> sizes;
+    for (std::size_t first = 0; first < solids;) {
+        std::size_t end = first;
+        while (end < solids && end - first < kSortedTogether)  // whole parts
+            for (const std::uint32_t rank = rankOf(facing[end]); end < solids && rankOf(facing[end]) == rank;) ++end;
+        splitByFacing(std::span(facing).subspan(first, end - first), sizes);
+        first = end;
+    }
+    const TriangleOrder before = order;
+    const std::vector<std::uint32_t> partsBefore = parts.partOfTriangle;
+    for (std::size_t i = 0; i < solids; ++i) {
+        const std::size_t from = facing[i].triangle;
+        order.primitives[i] = before.primitives[from];
+        parts.partOfTriangle[i] = partsBefore[from];
+        for (std::size_t k = 0; k < 3; ++k) order.indices[3 * i + k] = before.indices[3 * from + k];
+    }
+    return sizes;
+}
+
+std::vector<Cluster> clustersOf(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions,
+                                std::span<const std::uint32_t> sizes) {
     std::vector<Cluster> clusters;
     const std::size_t triangles = indices.size() / 3;
     if (positions.empty()) return clusters;
-    clusters.reserve((triangles + kClusterTriangles - 1) / kClusterTriangles);
-    for (std::size_t first = 0; first < triangles; first += kClusterTriangles) {
+    clusters.reserve(sizes.size() + (triangles + kClusterTriangles - 1) / kClusterTriangles);
+    for (std::size_t first = 0; first < triangles;) {
+        const std::size_t size = clusters.size() < sizes.size() ? sizes[clusters.size()] : kClusterTriangles;
         Cluster cluster;
         cluster.firstTriangle = static_cast<std::uint32_t>(first);
-        cluster.triangles = static_cast<std::uint32_t>(std::min(kClusterTriangles, triangles - first));
+        cluster.triangles = static_cast<std::uint32_t>(std::min(size, triangles - first));
         for (std::size_t i = first * 3; i < (first + cluster.triangles) * 3; ++i)
             cluster.box.add(positions[indices[i]]);
         clusters.push_back(cluster);
+        first += cluster.triangles;
     }
     return clusters;
 }
 
-void markSolids(std::span<Cluster> clusters, const SolidParts& parts) {
+void markSolids(std::span<Cluster> clusters, const SolidParts& parts, std::span<const std::uint32_t> indices,
+                std::span<const glm::vec3> positions) {
     if (parts.boxes.empty()) return;
     for (Cluster& cluster : clusters) {
         Box solids;
@@ -87,7 +187,10 @@ void markSolids(std::span<Cluster> clusters, const SolidParts& parts) {
             isSolid = part != SolidParts::kNone;
             if (isSolid) solids.add(parts.boxes[part]);
         }
-        if (isSolid) cluster.solids = solids;
+        if (!isSolid) continue;
+        cluster.solids = solids;
+        cluster.normals = normalConeOf(
+            indices.subspan(std::size_t{cluster.firstTriangle} * 3, std::size_t{cluster.triangles} * 3), positions);
     }
 }
 

@@ -7,6 +7,7 @@
 #include "common/math/glm.h"
 #include "common/scene/nodes.h"
 #include "server/draw/culling.h"
+#include "server/draw/facing.h"
 #include "server/draw/solid_parts.h"
 
 namespace umbriel {
@@ -14,6 +15,11 @@ namespace umbriel {
 // What is derived from a geometry before it goes to the GPU. Pure: no GL.
 
 inline constexpr std::size_t kClusterTriangles = 16;
+// Of solid parts: fewer, which face more alike.
+inline constexpr std::size_t kSolidClusterTriangles = 16;
+// Solid parts are sorted by where their triangles face until there are so many triangles. More would face more alike in
+// a cluster, but lie further apart, and be cut by more frusta.
+inline constexpr std::size_t kSortedTogether = 32;
 // Below this, sorting gains nothing.
 inline constexpr std::size_t kSortFromTriangles = 512;
 
@@ -21,6 +27,7 @@ inline constexpr std::size_t kSortFromTriangles = 512;
 struct Cluster {
     Box box;     // object space
     Box solids;  // where all its triangles are of solid parts: of these parts; else empty
+    NormalCone normals;  // of its triangles, in object space, where they are all of solid parts
     std::uint32_t firstTriangle = 0;
     std::uint32_t triangles = 0;
 };
@@ -49,10 +56,18 @@ TriangleOrder orderTriangles(std::span<const std::uint32_t> indices, std::span<c
 // Moves the triangles of solid parts before the others, unless the order must stay; each of both keep theirs. parts: of
 // order.indices, before and after.
 void moveSolidsFirst(TriangleOrder& order, SolidParts& parts);
+// Sorts the triangles of solid parts, which come first, so that clusters of them turn away together: parts along the
+// curve, a few at a time; of these by the direction that they face. The sizes of the clusters, in order; none: nothing
+// changed. Deterministic.
+std::vector<std::uint32_t> sortSolidsByFacing(TriangleOrder& order, SolidParts& parts,
+                                              std::span<const glm::vec3> positions);
 
-std::vector<Cluster> clustersOf(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions);
-// Finds the clusters that are all of solid parts.
-void markSolids(std::span<Cluster> clusters, const SolidParts& parts);
+// sizes: of the first clusters; the others are full.
+std::vector<Cluster> clustersOf(std::span<const std::uint32_t> indices, std::span<const glm::vec3> positions,
+                                std::span<const std::uint32_t> sizes = {});
+// Finds the clusters that are all of solid parts, and where these face.
+void markSolids(std::span<Cluster> clusters, const SolidParts& parts, std::span<const std::uint32_t> indices,
+                std::span<const glm::vec3> positions);
 
 std::vector<ClusterGroup> groupsOf(std::span<const Cluster> clusters);
 

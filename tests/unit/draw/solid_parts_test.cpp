@@ -146,7 +146,7 @@ TEST(SolidParts, ClustersComeFirstAndHoldTheirPartsBoxes) {
         ASSERT_EQ(parts.partOfTriangle[i] != SolidParts::kNone, i < 720);
     }
     std::vector<Cluster> clusters = clustersOf(order.indices, mesh.positions);
-    markSolids(clusters, parts);
+    markSolids(clusters, parts, order.indices, mesh.positions);
     for (const Cluster& cluster : clusters) {
         ASSERT_EQ(cluster.solids.empty(), cluster.firstTriangle >= 720);
         if (cluster.solids.empty()) continue;
