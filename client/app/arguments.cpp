@@ -391,6 +391,19 @@ Result<ServerAddress> parseListen(std::string_view text) {
     return *address;
 }
 
+Result<ColourPrecision> parseColourBits(int bits) {
+    switch (bits) {
+        case 8:
+            return ColourPrecision::Byte;
+        case 16:
+            return ColourPrecision::Half;
+        case 32:
+            return ColourPrecision::Float;
+        default:
+            return badInput(fmt::format("--colour-bits {}: expected 8, 16 or 32", bits));
+    }
+}
+
 Result<std::uint32_t> parseLayers(std::string_view text) {
     constexpr std::array<std::pair<std::string_view, Layer>, 6> kLayers{{{"colour", Layer::Colour},
                                                                          {"depth", Layer::Depth},

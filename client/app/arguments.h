@@ -9,9 +9,10 @@
 #include "client/session/cluster.h"
 #include "common/base/result.h"
 #include "common/math/glm.h"
-#include "common/scene/windows.h"
 #include "common/math/pixel_rect.h"
 #include "common/protocol/failure_policy.h"
+#include "common/scene/windows.h"
+#include "common/wall/view.h"
 
 namespace umbriel {
 
@@ -83,6 +84,8 @@ std::string_view nameOf(ShadowShow show);
 Result<std::vector<ServerAddress>> parseServers(std::string_view text, bool namesOnly = false);
 // HOST:PORT or [IPV6]:PORT; port 0: one that is free.
 Result<ServerAddress> parseListen(std::string_view text);
+// 8, 16 or 32 bits a channel of the colours that servers draw.
+Result<ColourPrecision> parseColourBits(int bits);
 // "depth,position,normal,ids,light", as a mask of Layer; colour is always in.
 Result<std::uint32_t> parseLayers(std::string_view text);
 

@@ -132,6 +132,8 @@ class Session {
         if (!views) return views.error();
         views->views.tiles = _setup.tileMode;
         views->views.layers = layers;
+        // Colours are judged here, against a truth in double.
+        views->views.colourPrecision = _setup.colourPrecision.value_or(ColourPrecision::Float);
         _view = views->views.views.front();
         auto report = _cluster->frame(*_loaded->scene, views->views, 0.0, true);
         if (!report) return report.error();

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <optional>
 #include <set>
+#include <type_traits>
 
 #include "common/base/log.h"
 #include "common/image/assemble.h"
@@ -64,9 +65,18 @@ std::vector<std::string> channelNames(Layer layer, std::uint32_t channels) {
 
 template <class T>
 void place(const TileLayer& layer, const TileAssignment& tile, BasicImage<T>& wall) {
-    std::vector<T> samples(layer.pixels.size() / sizeof(T));
-    std::memcpy(samples.data(), layer.pixels.data(), samples.size() * sizeof(T));
-    copyTile(std::span<const T>(samples), static_cast<int>(layer.channels), tile.pixels, wall);
+    const PixelRect& rect = tile.pixels;
+    std::vector<T> samples(static_cast<std::size_t>(rect.width) * layer.channels);
+    const std::size_t rowBytes = samples.size() * bytesOf(layer.components);
+    for (std::int32_t y = 0; y < rect.height; ++y) {
+        const auto row = std::span(layer.pixels).subspan(static_cast<std::size_t>(y) * rowBytes, rowBytes);
+        if constexpr (std::is_same_v<T, float>)
+            convertToFloats(layer.components, row, samples);
+        else
+            std::memcpy(samples.data(), row.data(), row.size());
+        copyTile(std::span<const T>(samples), static_cast<int>(layer.channels), {rect.x, rect.y + y, rect.width, 1},
+                 wall);
+    }
 }
 
 Result<void> writeRadiance(const fs::path& path, const FloatImage& rgba) {
@@ -107,6 +117,11 @@ Result<OutputFiles> OutputFiles::plan(const std::vector<std::string>& outs, std:
         files._patterns.push_back(pattern);
     }
     return files;
+}
+
+bool OutputFiles::allShowBytes() const {
+    return std::all_of(_patterns.begin(), _patterns.end(),
+                       [](const std::string& pattern) { return fs::path(pattern).extension() == ".png"; });
 }
 
 std::vector<fs::path> OutputFiles::pathsFor(std::uint64_t frame, std::string_view suffix) const {
@@ -157,13 +172,14 @@ LayeredImage assembleWall(PixelSize wall, const std::vector<TilePixels>& tiles, 
             auto found = std::find_if(image.layers.begin(), image.layers.end(),
                                       [&](const ImageLayer& known) { return known.name == name; });
             if (found == image.layers.end()) {
-                if (layer.isInteger)
+                if (layer.components == ComponentType::Uint)
                     image.layers.push_back({name, UintImage(wall.width, wall.height, channels, 0xffffffffu)});
                 else
                     image.layers.push_back({name, FloatImage(wall.width, wall.height, channels)});
                 found = image.layers.end() - 1;
             }
-            if (layer.isInteger) place(layer, tile.tile, std::get<UintImage>(found->image));
+            if (layer.components == ComponentType::Uint)
+                place(layer, tile.tile, std::get<UintImage>(found->image));
             else place(layer, tile.tile, std::get<FloatImage>(found->image));
         }
     }

@@ -21,6 +21,8 @@ class OutputFiles {
     static Result<OutputFiles> plan(const std::vector<std::string>& outs, std::uint64_t frames);
 
     bool empty() const { return _patterns.empty(); }
+    // No file holds more than 8 bits a channel: all are .png, or there is none.
+    bool allShowBytes() const;
     // The files of one frame. suffix: goes before the file's ending with a dot, for one eye of two; may be empty.
     std::vector<std::filesystem::path> pathsFor(std::uint64_t frame, std::string_view suffix) const;
     // Writes the frame to all its files; each appears complete or not at all. exposure (EV) and the tone mapping apply to

@@ -142,6 +142,15 @@ Result<void> checkServers(const SceneArguments& arguments, ClusterOptions& clust
     return {};
 }
 
+// Half floats where nothing but 8 bits of them is seen, which a far exposure would not leave true: their steps show
+// from 12 EV on, and they end at 65504, which 16 EV the other way bring down to white.
+ColourPrecision precisionFor(const RenderArguments& arguments, const OutputFiles& files) {
+    constexpr double kMaxExposure = 8.0;
+    const bool isShown =
+        files.allShowBytes() && arguments.layers.empty() && std::abs(arguments.exposure) <= kMaxExposure;
+    return isShown ? ColourPrecision::Half : ColourPrecision::Float;
+}
+
 nlohmann::json toJson(const FrameReport& report) {
     nlohmann::json servers = nlohmann::json::array();
     for (const ServerReport& server : report.servers)
@@ -233,6 +242,11 @@ Result<WallSetup> checkSceneArguments(const SceneArguments& arguments) {
     if (arguments.samples != 1 && arguments.samples != 4)
         return badInput(fmt::format("--samples {}: expected 1 or 4", arguments.samples));
     setup.samples = static_cast<std::uint32_t>(arguments.samples);
+    if (arguments.colourBits) {
+        const auto precision = parseColourBits(*arguments.colourBits);
+        if (!precision) return precision.error();
+        setup.colourPrecision = *precision;
+    }
     if (arguments.tiles != "exact" && arguments.tiles != "offset")
         return badInput(fmt::format("--tiles '{}': expected exact or offset", arguments.tiles));
     setup.tileMode = arguments.tiles == "exact" ? TileMode::Exact : TileMode::Offset;
@@ -310,6 +324,7 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
     }
     const auto files = OutputFiles::plan(arguments.out, arguments.frames);
     if (!files) return exitCodeOf(files.error());
+    const ColourPrecision colours = setup->colourPrecision.value_or(precisionFor(arguments, *files));
     if (!files->empty() && std::int64_t{setup->wall.width} * setup->wall.height > kMaxFilePixels)
         return exitCodeOf(
             badInput(fmt::format("--size {}: one picture file holds at most {} pixels; leave --out away to draw "
@@ -384,6 +399,7 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
             if (warned.insert(warning).second) log::warning(warning);
         views->views.tiles = setup->tileMode;
         views->views.samples = setup->samples;
+        views->views.colourPrecision = colours;
         views->views.layers = layers;
         auto report = (*cluster)->frame(scene, views->views, time, !files->empty());
         if (!report) return exitCodeOf(report.error());

@@ -39,6 +39,7 @@ struct SceneArguments {
     std::string environment;              // a file, or capture:x,y,z[:times]
     std::string brdf;                     // a file
     int samples = 1;
+    std::optional<int> colourBits;  // 8, 16, 32; none: what suits the command's pictures
     std::string tiles = "offset";
     std::string policy = "wait";          // view: degrade
     int latency = 0;
@@ -75,6 +76,7 @@ struct WallSetup {
     ClusterOptions cluster;
     TileMode tileMode = TileMode::Offset;
     std::uint32_t samples = 1;
+    std::optional<ColourPrecision> colourPrecision;  // none: what suits the command's pictures
 };
 Result<WallSetup> checkSceneArguments(const SceneArguments& arguments);
 

@@ -82,6 +82,7 @@ Result<std::vector<FloatImage>> drawAll(const SceneArguments& arguments, const s
         if (!views) return views.error();
         views->views.tiles = setup->tileMode;
         views->views.samples = setup->samples;
+        views->views.colourPrecision = setup->colourPrecision.value_or(ColourPrecision::Half);
         auto report = (*cluster)->frame(scene, views->views, 0.0, true);
         if (!report) return report.error();
         tiles.take(std::move(report->tiles));

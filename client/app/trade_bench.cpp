@@ -87,6 +87,8 @@ Result<TradeBench::Drawn> TradeBench::draw(std::uint32_t layers, bool wantPixels
     drawn.views.tiles = _setup.tileMode;
     drawn.views.samples = 1;
     drawn.views.layers = layers;
+    // Nothing is judged by its colour; what colours cost is that of a picture to look at.
+    drawn.views.colourPrecision = _setup.colourPrecision.value_or(ColourPrecision::Half);
     auto frame = _cluster->frame(scene(), drawn.views, 0.0, wantPixels);
     if (!frame) return frame.error();
     if (wantPixels) {

@@ -166,6 +166,7 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
             camera.emplace(scene, stage, views->views.views.front());
         views->views.tiles = setup->tileMode;
         views->views.samples = setup->samples;
+        views->views.colourPrecision = setup->colourPrecision.value_or(ColourPrecision::Half);
         auto report = (*cluster)->frame(scene, views->views, time, true);
         if (!report) return exitCodeOf(report.error());
         if (budget)

@@ -104,6 +104,9 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
                        "a measured BRDF (.binary of the MERL database, or text: theta_in theta_out phi r g b): all surfaces "
                        "get Lafortune lobes fitted to it; --log-level info says how well they fit");
     command.add_option("--samples", arguments.samples, "samples per pixel, 1 or 4")->capture_default_str();
+    command.add_option("--colour-bits", arguments.colourBits,
+                       "of a channel of the colours that servers draw and send, 8, 16 or 32 (default: 16 for what is "
+                       "looked at, 32 for .exr, .hdr, layers and what is judged)");
     command.add_option("--tiles", arguments.tiles, "exact: bit-equal to one server, needs wall-sized targets; offset")
         ->capture_default_str();
     command.add_option("--policy", arguments.policy,

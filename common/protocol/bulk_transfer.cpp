@@ -66,7 +66,7 @@ bool BulkSender::sendPart(Link& link, Tile& tile, std::uint64_t& offset) {
     data.layer = layer.layer;
     data.name = layer.name;
     data.channels = layer.channels;
-    data.isInteger = layer.isInteger;
+    data.components = layer.components;
     data.total = total;
     data.offset = offset;
     data.bytes = std::span(layer.pixels)
@@ -148,10 +148,11 @@ Result<bool> TileReceiver::part(const wire::TileData& data) {
         const bool inOrder = data.layerIndex == layers.size() && (layers.empty() || data.layerCount == found->layerCount) &&
                              (layers.empty() || layers.back().pixels.size() == found->total);
         if (!inOrder) return failure(fmt::format("tile {}: layer {} is out of order", data.tile, data.layerIndex));
-        if (data.total != static_cast<std::uint64_t>(rect.area()) * data.channels * 4)
-            return failure(fmt::format("tile {}: layer '{}' has {} bytes, not {}x{} pixels of {} channels", data.tile,
-                                       data.name, data.total, rect.width, rect.height, data.channels));
-        layers.push_back({data.layer, data.name, data.channels, data.isInteger, {}});
+        if (data.total != static_cast<std::uint64_t>(rect.area()) * data.channels * bytesOf(data.components))
+            return failure(fmt::format("tile {}: layer '{}' has {} bytes, not {}x{} pixels of {} channels of {}",
+                                       data.tile, data.name, data.total, rect.width, rect.height, data.channels,
+                                       bytesOf(data.components)));
+        layers.push_back({data.layer, data.name, data.channels, data.components, {}});
         found->layerCount = data.layerCount;
         found->total = data.total;
         layers.back().pixels.reserve(static_cast<std::size_t>(data.total));  // a tile that we assigned

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -8,18 +10,43 @@
 
 namespace umbriel {
 
-// One layer of a drawn tile: rows bottom-up as GL reads them back, pixels interleaved, 4 bytes a channel.
+// What a channel of a pixel is; the values are those of the protocol.
+//   Float: 32 bits. Uint: 32 bits, unsigned. Half: 16 bits. Byte: 8 bits, of which 255 stand for 1.
+enum class ComponentType : std::uint32_t { Float, Uint, Half, Byte };
+
+constexpr std::size_t bytesOf(ComponentType type) {
+    return type == ComponentType::Byte ? 1 : type == ComponentType::Half ? 2 : 4;
+}
+
+// Of a colour that was asked for in this precision.
+constexpr ComponentType componentsOf(ColourPrecision precision) {
+    switch (precision) {
+        case ColourPrecision::Half:
+            return ComponentType::Half;
+        case ColourPrecision::Byte:
+            return ComponentType::Byte;
+        case ColourPrecision::Float:
+            break;
+    }
+    return ComponentType::Float;
+}
+
+// One layer of a drawn tile: rows bottom-up as GL reads them back, pixels interleaved.
 struct TileLayer {
     Layer layer = Layer::Colour;
     std::string name;               // "colour", "depth", "position", "normal", "ids", "light.<name or id>"
     std::uint32_t channels = 4;
-    bool isInteger = false;         // ids: unsigned 32-bit, else float
-    std::vector<std::byte> pixels;  // width * height * channels * 4
+    ComponentType components = ComponentType::Float;  // ids: Uint; colours: as asked for
+    std::vector<std::byte> pixels;                    // width * height * channels * bytesOf(components)
 };
 
 struct TilePixels {
     TileAssignment tile;
     std::vector<TileLayer> layers;
 };
+
+// Values of a layer as floats, each of them exactly (a byte: the float nearest to a 255th of it); infinities and what
+// is no number stay so. bytes: of floats.size() components that are not Uint.
+void convertToFloats(ComponentType type, std::span<const std::byte> bytes, std::span<float> floats);
 
 }  // namespace umbriel

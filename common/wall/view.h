@@ -26,6 +26,15 @@ enum class Layer : std::uint32_t {
     LightFactors = 32,  // one channel per light of the plan: the share of its light that arrives
 };
 
+// What colours are drawn into, and sent back in: the servers' costs and the bytes of a frame follow it. Depths,
+// positions and light factors are of 32 bits whatever this says.
+//   Float: 32 bits a channel.
+//   Half:  16: 11 significant bits from 6.1e-5 to 65504, steps of 6e-8 below; more becomes the largest or infinity,
+//          as the driver rounds.
+//   Byte:  8, linear, clamped to [0, 1]: what classical renderers draw into. The least step from black is shown as sRGB
+//          code 13, so darks have bands.
+enum class ColourPrecision : std::uint32_t { Float, Half, Byte };
+
 // How a map of a light is laid out. A light has one map, or six, or two: part tells them apart.
 //   Single:     one projective map.
 //   CubeFace:   all around a point; part 0..5 looks along +x, -x, +y, -y, +z, -z of the world.
@@ -105,6 +114,7 @@ struct WallViews {
     TileMode tiles = TileMode::Offset;
     std::uint32_t samples = 1;       // 1 or 4 per pixel
     std::uint32_t layers = static_cast<std::uint32_t>(Layer::Colour);
+    ColourPrecision colourPrecision = ColourPrecision::Float;
     std::vector<View> views;         // back to front
 };
 

@@ -27,6 +27,12 @@ Enum readEnum(Reader& reader, std::uint32_t count, const char* reason) {
     return static_cast<Enum>(reader.bounded(count - 1, reason));
 }
 
+// Whether a layer may have such components: ids are no floats, and only colours have fewer bits.
+bool areOf(Layer layer, ComponentType components) {
+    if (layer == Layer::Ids) return components == ComponentType::Uint;
+    return components == ComponentType::Float || (layer == Layer::Colour && components != ComponentType::Uint);
+}
+
 // Of the messages about a job: which, and which attempt at it.
 template <class Message>
 void writeAttempt(Writer& writer, const Message& message) {
@@ -327,7 +333,7 @@ void TileData::write(Writer& writer) const {
     writer.varint(static_cast<std::uint32_t>(layer));
     writer.text(std::string_view(name).substr(0, kMaxName));
     writer.varint(channels);
-    writer.u8(isInteger ? 1 : 0);
+    writer.u8(static_cast<std::uint8_t>(components));
     writer.varint(total);
     writer.varint(offset);
     writer.raw(bytes);
@@ -343,12 +349,15 @@ TileData TileData::read(Reader& reader) {
     if (!std::has_single_bit(static_cast<std::uint32_t>(data.layer))) reader.fail("unknown layer");
     data.name = reader.text(kMaxName);
     data.channels = static_cast<std::uint32_t>(reader.bounded(kMaxChannels, "too many channels"));
-    data.isInteger = reader.boolean();
+    const std::uint8_t components = reader.u8();
+    if (components > static_cast<std::uint8_t>(ComponentType::Byte)) reader.fail("unknown components of a layer");
+    data.components = static_cast<ComponentType>(components);
     data.total = reader.varint();
     data.offset = reader.varint();
     data.bytes = reader.raw(reader.remaining());
     if (data.layerIndex >= data.layerCount) reader.fail("a layer beyond the last");
     if (data.channels == 0) reader.fail("a layer without channels");
+    if (!areOf(data.layer, data.components)) reader.fail("a layer with components of another kind");
     if (data.bytes.empty()) reader.fail("a part is empty");
     if (data.offset > data.total || data.bytes.size() > data.total - data.offset)
         reader.fail("a part reaches past the layer's end");

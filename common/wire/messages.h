@@ -12,7 +12,7 @@
 #include "common/base/hash.h"
 #include "common/base/result.h"
 #include "common/scene/container_id.h"
-#include "common/wall/view.h"
+#include "common/wall/tile_pixels.h"
 #include "common/wire/blob.h"
 #include "common/wire/bytes.h"
 
@@ -273,7 +273,7 @@ struct TileData {
     Layer layer = Layer::Colour;
     std::string name;
     std::uint32_t channels = 4;
-    bool isInteger = false;
+    ComponentType components = ComponentType::Float;
     std::uint64_t total = 0;        // bytes of the layer
     std::uint64_t offset = 0;
     std::span<const std::byte> bytes;

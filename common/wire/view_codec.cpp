@@ -144,6 +144,7 @@ Bytes encodeViews(const WallViews& views) {
     writer.varint(static_cast<std::uint32_t>(views.tiles));
     writer.varint(views.samples);
     writer.varint(views.layers);
+    writer.varint(static_cast<std::uint32_t>(views.colourPrecision));
     writer.varint(views.views.size());
     for (const View& view : views.views) writeView(writer, view);
     return bytes;
@@ -158,6 +159,8 @@ Result<WallViews> decodeViews(std::span<const std::byte> bytes) {
     views.samples = static_cast<std::uint32_t>(reader.bounded(16, "too many samples"));
     if (views.samples == 0) reader.fail("no samples");
     views.layers = static_cast<std::uint32_t>(reader.bounded(kAllLayers, "unknown layers"));
+    views.colourPrecision = static_cast<ColourPrecision>(
+        reader.bounded(static_cast<std::uint32_t>(ColourPrecision::Byte), "unknown precision of colours"));
     const std::size_t count = reader.count(kMinViewBytes, kMaxViews);
     views.views.reserve(count);
     for (std::size_t i = 0; i < count && reader.ok(); ++i) views.views.push_back(readView(reader, views.wall));

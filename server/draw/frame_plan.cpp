@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "server/draw/colour_format.h"
+
 namespace umbriel {
 namespace {
 
@@ -180,7 +182,8 @@ class Planner {
                                 "and this driver "
                                 "allows {}; use --tiles offset",
                                 work.width, work.height,
-                                bytesText(std::uint64_t(work.width) * std::uint64_t(work.height) * 20 * _views.samples),
+                                bytesText(std::uint64_t(work.width) * std::uint64_t(work.height) *
+                                          (_colour.pixelBytes + 4) * _views.samples),
                                 _views.samples, limit));
         }
         for (std::uint32_t i = 0; i < _demands.size(); ++i) {
@@ -194,7 +197,7 @@ class Planner {
             planShadows(i);
             planSeen(i);
         }
-        addTarget("colour", "RGBA32F", work, 1, _views.samples, 16);
+        addTarget("colour", _colour.name, work, 1, _views.samples, _colour.pixelBytes);
         addTarget("depth", "D32F", work, 1, _views.samples, 4);
         for (std::uint32_t i = 0; i < _demands.size(); ++i) planView(i);
         std::uint32_t layers = 0;
@@ -209,7 +212,8 @@ class Planner {
         if (_views.samples > 1)
             add({PassKind::Resolve, 0, 0, 0, "tile colour", fmt::format("{} samples", _views.samples)});
         if (!isDrawnInPlace(_views, _tiles))
-            addTarget("tile colour", "RGBA32F", largestTile(), static_cast<std::uint32_t>(_tiles.size()), 1, 16);
+            addTarget("tile colour", _colour.name, largestTile(), static_cast<std::uint32_t>(_tiles.size()), 1,
+                      _colour.pixelBytes);
         planLayers(work, factorLights);
         for (const PlannedTarget& target : _plan.targets) _plan.bytes += target.bytes;
         return std::move(_plan);
@@ -376,6 +380,7 @@ class Planner {
     }
 
     const WallViews& _views;
+    const ColourFormat _colour = colourFormatOf(_views.colourPrecision);
     const std::vector<ViewDemand>& _demands;
     std::span<const TileAssignment> _tiles;
     FramePlan _plan;

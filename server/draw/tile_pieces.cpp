@@ -11,7 +11,7 @@ namespace {
 bool isInside(const PixelRect& piece, const PixelRect& tile) { return intersect(piece, tile) == piece; }
 
 void copyInto(const TileLayer& piece, const PixelRect& pieceRect, TileLayer& tile, const PixelRect& tileRect) {
-    const std::size_t pixelBytes = std::size_t{4} * piece.channels;
+    const std::size_t pixelBytes = bytesOf(piece.components) * piece.channels;
     const std::size_t rowBytes = pixelBytes * static_cast<std::size_t>(pieceRect.width);
     for (std::int32_t row = 0; row < pieceRect.height; ++row) {
         const auto y = static_cast<std::size_t>(pieceRect.y - tileRect.y + row);
@@ -56,8 +56,9 @@ std::vector<TilePixels> joinPieces(std::vector<TilePixels> pieces, std::span<con
                     made.layer = layer.layer;
                     made.name = layer.name;
                     made.channels = layer.channels;
-                    made.isInteger = layer.isInteger;
-                    made.pixels.resize(static_cast<std::size_t>(tile.pixels.area()) * layer.channels * 4);
+                    made.components = layer.components;
+                    made.pixels.resize(static_cast<std::size_t>(tile.pixels.area()) * layer.channels *
+                                       bytesOf(layer.components));
                 }
             }
             for (std::size_t i = 0; i < piece.layers.size(); ++i)

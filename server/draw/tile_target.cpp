@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "server/draw/colour_format.h"
 #include "server/gl/readback.h"
 
 namespace umbriel {
@@ -13,13 +14,20 @@ struct LayerFormat {
     GLenum internal;
     GLenum pixels;
     std::uint32_t channels;
+    GLenum type;
+    ComponentType components;
 };
-constexpr LayerFormat kColour = {Layer::Colour, "colour", GL_RGBA32F, GL_RGBA, 4};
 // In the order of their output locations in shaders/stage/layers.frag.glsl.
-constexpr LayerFormat kLayers[] = {{Layer::Depth, "depth", GL_R32F, GL_RED, 1},
-                                   {Layer::Position, "position", GL_RGBA32F, GL_RGB, 3},
-                                   {Layer::Normal, "normal", GL_RGBA32F, GL_RGB, 3},
-                                   {Layer::Ids, "ids", GL_RG32UI, GL_RG_INTEGER, 2}};
+constexpr LayerFormat kLayers[] = {
+    {Layer::Depth, "depth", GL_R32F, GL_RED, 1, GL_FLOAT, ComponentType::Float},
+    {Layer::Position, "position", GL_RGBA32F, GL_RGB, 3, GL_FLOAT, ComponentType::Float},
+    {Layer::Normal, "normal", GL_RGBA32F, GL_RGB, 3, GL_FLOAT, ComponentType::Float},
+    {Layer::Ids, "ids", GL_RG32UI, GL_RG_INTEGER, 2, GL_UNSIGNED_INT, ComponentType::Uint}};
+
+LayerFormat colourLayer(ColourPrecision precision) {
+    const ColourFormat format = colourFormatOf(precision);
+    return {Layer::Colour, "colour", format.internal, GL_RGBA, 4, format.type, componentsOf(precision)};
+}
 
 bool wants(std::uint32_t mask, Layer layer) {
     return (mask & static_cast<std::uint32_t>(layer)) != 0;
@@ -36,9 +44,10 @@ std::uint64_t bytesOf(GLenum format) {
     switch (format) {
         case GL_RGBA32F:
             return 16;
+        case GL_RGBA16F:
         case GL_RG32UI:
             return 8;
-        default:
+        default:  // RGBA8, and one channel of 32 bits
             return 4;
     }
 }
@@ -56,8 +65,9 @@ Result<void> TileTargets::reserve(const WallViews& views, std::span<const TileAs
         std::equal(tiles.begin(), tiles.end(), _finished.begin(),
                    [](const TileAssignment& a, const Finished& b) { return a.pixels == b.tile.pixels; });
     const bool inPlace = isDrawnInPlace(views, tiles);
+    const GLenum colourFormat = colourFormatOf(views.colourPrecision).internal;
     const bool same = work == _workSize && inPlace == _inPlace && _samples == views.samples &&
-                      _layerMask == views.layers && sameTiles &&
+                      _layerMask == views.layers && _precision == views.colourPrecision && sameTiles &&
                       static_cast<std::uint32_t>(_factors.colourCount()) == factorImages;
     if (same) {
         for (std::size_t i = 0; i < tiles.size(); ++i) _finished[i].tile = tiles[i];
@@ -89,7 +99,7 @@ Result<void> TileTargets::reserve(const WallViews& views, std::span<const TileAs
             _textures.push_back(std::move(*made));
             return &_textures.back();
         };
-        auto colour = renderbuffer(GL_RGBA32F, samples);
+        auto colour = renderbuffer(colourFormat, samples);
         if (!colour) return colour.error();
         auto depth = renderbuffer(GL_DEPTH_COMPONENT32F, samples);
         if (!depth) return depth.error();
@@ -142,7 +152,7 @@ Result<void> TileTargets::reserve(const WallViews& views, std::span<const TileAs
                 finished.images.push_back(std::move(*made));
                 return {};
             };
-            auto added = add(kColour.internal);
+            auto added = add(colourFormat);
             for (const LayerFormat& format : formats)
                 if (added) added = add(format.internal);
             if (!added) return added.error();
@@ -155,6 +165,7 @@ Result<void> TileTargets::reserve(const WallViews& views, std::span<const TileAs
         _workSize = work;
         _samples = views.samples;
         _layerMask = views.layers;
+        _precision = views.colourPrecision;
         _inPlace = inPlace;
     }
     _lights = lights;
@@ -174,6 +185,8 @@ void TileTargets::beginPart(std::size_t tile, const PixelRect& part, const Pixel
     glEnable(GL_SCISSOR_TEST);
     glScissor(place.x - reach, place.y - reach, place.width + 2 * reach, place.height + 2 * reach);
     glDepthMask(GL_TRUE);
+    // Rounding to 8 bits must not depend on where in the window a pixel is.
+    glDisable(GL_DITHER);
     _colour.clearColour(0, glm::vec4(0.0f));
     clearLayers();
 }
@@ -259,21 +272,20 @@ Result<std::vector<TilePixels>> TileTargets::read(std::span<const std::string> l
         const gl::PixelRect rect{corner, {pixels.width, pixels.height}};
         const auto texels = static_cast<std::size_t>(pixels.area());
         std::vector<LayerFormat> formats = formatsOf(_layerMask);
-        formats.insert(formats.begin(), kColour);
+        formats.insert(formats.begin(), colourLayer(_precision));
         for (std::size_t i = 0; i < formats.size(); ++i) {
             if (!wants(_layerMask, formats[i].layer)) continue;
             TileLayer layer;
             layer.layer = formats[i].layer;
             layer.name = formats[i].name;
             layer.channels = formats[i].channels;
-            layer.isInteger = formats[i].layer == Layer::Ids;
-            layer.pixels.resize(texels * layer.channels * 4);
+            layer.components = formats[i].components;
+            layer.pixels.resize(texels * layer.channels * bytesOf(layer.components));
             if (texels > 0) {
                 const bool isColour = i == 0;
                 const gl::Framebuffer& from = !_inPlace ? finished.framebuffer : isColour ? _colour : _layers;
                 const int image = static_cast<int>(_inPlace && !isColour ? i - 1 : i);
-                auto read = gl::readPixels(from, image, rect, formats[i].pixels,
-                                           layer.isInteger ? GL_UNSIGNED_INT : GL_FLOAT, layer.pixels);
+                auto read = gl::readPixels(from, image, rect, formats[i].pixels, formats[i].type, layer.pixels);
                 if (!read) return read.error();
             }
             tile.layers.push_back(std::move(layer));

@@ -63,6 +63,7 @@ class TileTargets {
     PixelSize _workSize;
     std::uint32_t _samples = 0;
     std::uint32_t _layerMask = 0;
+    ColourPrecision _precision = ColourPrecision::Float;
     std::uint32_t _lights = 0;
     bool _inPlace = false;
 

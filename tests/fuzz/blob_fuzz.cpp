@@ -102,9 +102,9 @@ void receiveTiles(wire::Reader& input) {
         std::uint64_t bytes = 0;
         for (const TilePixels& tile : receiver.take())
             for (const TileLayer& layer : tile.layers) {
-                UMBRIEL_ASSERT(
-                    layer.pixels.size() == static_cast<std::size_t>(tile.tile.pixels.area()) * layer.channels * 4,
-                    "a layer of another size");
+                UMBRIEL_ASSERT(layer.pixels.size() == static_cast<std::size_t>(tile.tile.pixels.area()) *
+                                                          layer.channels * bytesOf(layer.components),
+                               "a layer of another size");
                 bytes += layer.pixels.size();
             }
         UMBRIEL_ASSERT(bytes <= sent, "tiles have more bytes than came");

@@ -69,6 +69,7 @@ WallViews someViews() {
     views.tiles = TileMode::Exact;
     views.samples = 4;
     views.layers = static_cast<std::uint32_t>(Layer::Colour) | static_cast<std::uint32_t>(Layer::LightFactors);
+    views.colourPrecision = ColourPrecision::Half;
     views.views.resize(2);
     for (View& view : views.views) view.region = {0, 0, 64, 32};
     views.views[0].fits.push_back(someFit(3, ShadowMode::PercentageCloserSoft, ShadowShape::Single, 0));
@@ -81,6 +82,7 @@ WallViews someViews() {
 // A map of every shape, and modules that have none.
 WallViews viewsOfAllShapes() {
     WallViews views = someViews();
+    views.colourPrecision = ColourPrecision::Byte;
     views.views[1].fits = {someFit(4, ShadowMode::DualParaboloid, ShadowShape::Hemisphere, 1),
                            someFit(5, ShadowMode::Cube, ShadowShape::CubeFace, 5),
                            someFit(6, ShadowMode::VolumeZFail, ShadowShape::Single, 0),
@@ -428,11 +430,12 @@ void addBlobs(Corpus& corpus) {
     writer.u8(0x40);
     for (const std::uint32_t index : {0u, 5u}) {
         wire::TileData data;
-        const Bytes pixels(index == 0 ? 96 : 128);
+        const Bytes pixels(index == 0 ? 96 : 64);
         data.frame = 7;
         data.tile = index;
         data.layerCount = 1;
         data.name = "colour";
+        data.components = index == 0 ? ComponentType::Float : ComponentType::Half;
         data.total = pixels.size();
         for (const std::size_t half : {0u, 1u}) {
             data.offset = half * pixels.size() / 2;

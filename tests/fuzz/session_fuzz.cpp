@@ -222,7 +222,7 @@ class Server {
         node.sendReady(number, ready);
         if (wantPixels)
             node.sendTiles(number,
-                           {{{0, {0, 0, 2, 2}, Eye::Mono}, {{Layer::Colour, "colour", 4, false, wire::Bytes(64)}}}});
+                           {{{0, {0, 0, 2, 2}, Eye::Mono}, {{Layer::Colour, "colour", 4, ComponentType::Float, wire::Bytes(64)}}}});
     }
 
     IdSource _ids;

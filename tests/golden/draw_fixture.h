@@ -289,10 +289,18 @@ class DrawTest : public ::testing::Test {
                     image.values.resize(static_cast<std::size_t>(views.wall.width) *
                                         static_cast<std::size_t>(views.wall.height) * layer.channels);
                     const PixelRect& at = tile.tile.pixels;
-                    const std::size_t rowBytes = static_cast<std::size_t>(at.width) * layer.channels * 4;
-                    for (int y = 0; y < at.height; ++y)
-                        std::memcpy(const_cast<float*>(image.at(at.x, at.y + y)),
-                                    layer.pixels.data() + static_cast<std::size_t>(y) * rowBytes, rowBytes);
+                    const std::size_t rowBytes =
+                        static_cast<std::size_t>(at.width) * layer.channels * bytesOf(layer.components);
+                    for (int y = 0; y < at.height; ++y) {
+                        float* const to = const_cast<float*>(image.at(at.x, at.y + y));
+                        const auto row =
+                            std::span(layer.pixels).subspan(static_cast<std::size_t>(y) * rowBytes, rowBytes);
+                        if (layer.components == ComponentType::Uint)  // as the bits of floats
+                            std::memcpy(to, row.data(), rowBytes);
+                        else
+                            convertToFloats(layer.components, row,
+                                            {to, static_cast<std::size_t>(at.width) * layer.channels});
+                    }
                 }
             }
         };

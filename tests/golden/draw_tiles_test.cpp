@@ -115,6 +115,39 @@ TEST_F(TilesTest, ExactTilesAreBitEqualToTheWholeWall) {
     }
 }
 
+TEST_F(TilesTest, TilesAreBitEqualInEveryPrecisionOfColours) {
+    const View view = busyScene(kOdd);
+    for (const ColourPrecision precision : {ColourPrecision::Half, ColourPrecision::Byte})
+        for (const TileMode mode : {TileMode::Exact, TileMode::Offset})
+            for (const std::uint32_t samples : {1u, 4u}) {
+                WallViews views = wallViews(view, mode, samples);
+                views.colourPrecision = precision;
+                SCOPED_TRACE(samples);
+                expectEqualTiles(views, drawWall(views), {{2, 2}, {5, 3}});
+            }
+}
+
+// With everything blended, resolved and shaded, a picture of half floats shows as that of floats: one level apart here
+// and there, where a value lies near the border of two.
+TEST_F(TilesTest, HalfFloatsShowAsFloatsDo) {
+    const View view = busyScene(kOdd);
+    for (const std::uint32_t samples : {1u, 4u}) {
+        WallViews views = wallViews(view, TileMode::Exact, samples);
+        const WallImage whole = drawColour(views);
+        views.colourPrecision = ColourPrecision::Half;
+        const WallImage half = drawColour(views);
+        std::size_t differing = 0;
+        for (std::size_t i = 0; i < whole.values.size(); ++i) {
+            const int apart = std::abs(encoded(whole.values[i]) - encoded(half.values[i]));
+            ASSERT_LE(apart, 1) << whole.values[i] << ", " << half.values[i];
+            differing += apart > 0;
+        }
+        // A step is at most a ninth of a level, and some pixels are rounded four times over.
+        EXPECT_LE(differing, whole.values.size() / 5);
+        RecordProperty("differing", static_cast<int>(differing));
+    }
+}
+
 TEST_F(TilesTest, SeveralTilesOfOneServerAreTheSameAsOneEach) {
     const View view = busyScene(kOdd);
     for (const TileMode mode : {TileMode::Exact, TileMode::Offset}) {

@@ -164,7 +164,7 @@ void ModelServer::finish() {
     std::vector<TilePixels> pixels;
     for (const TileAssignment& tile : _tiles)
         pixels.push_back({tile,
-                          {{Layer::Colour, "colour", 4, false,
+                          {{Layer::Colour, "colour", 4, ComponentType::Float,
                             std::vector<std::byte>(static_cast<std::size_t>(tile.pixels.area()) * 16)}}});
     _node.sendTiles(drawing.frame, std::move(pixels));
 }

@@ -125,7 +125,7 @@ class VirtualServer {
             std::vector<TilePixels> pixels;
             for (const auto& tile : tiles)
                 pixels.push_back({tile,
-                                  {{Layer::Colour, "colour", 4, false,
+                                  {{Layer::Colour, "colour", 4, ComponentType::Float,
                                     std::vector<std::byte>(static_cast<std::size_t>(tile.pixels.area()) * 16,
                                                            static_cast<std::byte>(tile.tile))}}});
             node.sendTiles(frame.number, std::move(pixels));

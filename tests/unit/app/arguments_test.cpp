@@ -11,6 +11,18 @@ TEST(Arguments, SizesAreTwoPositiveNumbers) {
         EXPECT_FALSE(parseSize("--size", bad)) << bad;
 }
 
+TEST(Arguments, ColoursHave8Or16Or32Bits) {
+    EXPECT_EQ(parseColourBits(8).value(), ColourPrecision::Byte);
+    EXPECT_EQ(parseColourBits(16).value(), ColourPrecision::Half);
+    EXPECT_EQ(parseColourBits(32).value(), ColourPrecision::Float);
+    for (const int bad : {-8, 0, 1, 10, 24, 64}) {
+        const auto refused = parseColourBits(bad);
+        ASSERT_FALSE(refused) << bad;
+        EXPECT_EQ(refused.error().kind, Error::Kind::BadInput);
+        EXPECT_NE(refused.error().message.find("--colour-bits"), std::string::npos);
+    }
+}
+
 TEST(Arguments, ErrorsNameTheArgumentAndWhatWasGiven) {
     const auto result = parseSize("--size", "big");
     ASSERT_FALSE(result);

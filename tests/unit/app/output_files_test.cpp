@@ -39,5 +39,29 @@ TEST(AssembledWall, KeepsTheLayersOfLightsWithTheSameNameApart) {
     EXPECT_EQ(at("sun", 2), 1.0f);
 }
 
+// A tile keeps its last picture, which may have come in another precision.
+TEST(AssembledWall, TilesOfEveryPrecisionStandBesideEachOther) {
+    std::vector<TilePixels> tiles(3);
+    const std::vector<float> floats(2 * 4, 0.5f);
+    const std::vector<std::uint16_t> halves(2 * 4, 0x3800);
+    const std::vector<std::uint8_t> bytes(2 * 4, 51);
+    const auto fill = [&](std::size_t i, ComponentType type, std::span<const std::byte> pixels) {
+        tiles[i].tile.pixels = {static_cast<std::int32_t>(i), 0, 1, 2};
+        TileLayer& layer = tiles[i].layers.emplace_back();
+        layer.components = type;
+        layer.pixels.assign(pixels.begin(), pixels.end());
+    };
+    fill(0, ComponentType::Float, std::as_bytes(std::span(floats)));
+    fill(1, ComponentType::Half, std::as_bytes(std::span(halves)));
+    fill(2, ComponentType::Byte, std::as_bytes(std::span(bytes)));
+    const LayeredImage wall = assembleWall({3, 2}, tiles, Eye::Mono);
+    for (int y = 0; y < 2; ++y)
+        for (int channel = 0; channel < 4; ++channel) {
+            EXPECT_EQ(wall.rgba.at(0, y, channel), 0.5f);
+            EXPECT_EQ(wall.rgba.at(1, y, channel), 0.5f);
+            EXPECT_EQ(wall.rgba.at(2, y, channel), 0.2f);
+        }
+}
+
 }  // namespace
 }  // namespace umbriel

@@ -118,6 +118,21 @@ TEST_F(FramePlanTest, ExplainNamesPassesTargetsAndVariants) {
               "  7 items: normals blinn-phong\n");
 }
 
+TEST_F(FramePlanTest, ColoursTakeTheBytesOfTheirPrecision) {
+    demand.surfaces[bit(Feature::BlinnPhong)] = 7;
+    views.samples = 4;
+    const std::uint64_t pixels = 640 * 360;
+    const auto bytesIn = [&](ColourPrecision precision) {
+        views.colourPrecision = precision;
+        return plan().bytes;
+    };
+    const std::uint64_t depth = 4 * 4 * pixels;
+    EXPECT_EQ(bytesIn(ColourPrecision::Float), depth + 16 * 5 * pixels) << "four samples, and the tile";
+    EXPECT_EQ(bytesIn(ColourPrecision::Half), depth + 8 * 5 * pixels);
+    EXPECT_EQ(bytesIn(ColourPrecision::Byte), depth + 4 * 5 * pixels);
+    EXPECT_NE(plan().explain().find("colour: RGBA8 640x360"), std::string::npos);
+}
+
 TEST_F(FramePlanTest, TilesWithinABlockAreNotCopied) {
     const auto isInPlace = [&](PixelRect pixels) {
         const TileAssignment tile{0, pixels, Eye::Mono};

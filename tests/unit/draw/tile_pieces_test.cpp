@@ -49,5 +49,27 @@ TEST(TilePieces, PiecesOfAnyTilesJoinToTheTiles) {
     }
 }
 
+TEST(TilePieces, PixelsOfFewBytesJoinToo) {
+    for (const ComponentType type : {ComponentType::Half, ComponentType::Byte}) {
+        const auto picture = [&](const TileAssignment& tile) {
+            TilePixels made;
+            made.tile = tile;
+            TileLayer& layer = made.layers.emplace_back();
+            layer.components = type;
+            for (std::int32_t y = 0; y < tile.pixels.height; ++y)
+                for (std::int32_t x = 0; x < tile.pixels.width; ++x)
+                    for (std::size_t i = 0; i < 4 * bytesOf(type); ++i)
+                        layer.pixels.push_back(static_cast<std::byte>(16 * (tile.pixels.y + y) + tile.pixels.x + x));
+            return made;
+        };
+        const std::vector<TileAssignment> tiles{tileOf(0, {0, 0, 13, 7})};
+        std::vector<TilePixels> pieces;
+        for (const TileAssignment& piece : piecesOf(tiles, 3)) pieces.push_back(picture(piece));
+        const auto joined = joinPieces(std::move(pieces), tiles);
+        EXPECT_EQ(joined.at(0).layers.at(0).components, type);
+        EXPECT_EQ(joined[0].layers[0].pixels, picture(tiles[0]).layers[0].pixels);
+    }
+}
+
 }  // namespace
 }  // namespace umbriel

@@ -66,6 +66,22 @@ RC_GTEST_PROP(BlobReceiver, aBlobIsTheSameWhetherItComesInPartsInPiecesOrToWhere
     RC_ASSERT(receiver.more(content).has_error());
 }
 
+TEST(TileReceiver, ALayerHasTheBytesOfItsComponents) {
+    for (const ComponentType type : {ComponentType::Float, ComponentType::Half, ComponentType::Byte})
+        for (const std::size_t bytesOfComponent : {1u, 2u, 4u}) {
+            protocol::TileReceiver receiver;
+            receiver.expect(7, {{3, {0, 0, 5, 2}, Eye::Mono}});
+            const wire::Bytes pixels(10 * 4 * bytesOfComponent);
+            const auto done = receiver.part({7, 3, 0, 1, Layer::Colour, "colour", 4, type, pixels.size(), 0, pixels});
+            ASSERT_EQ(done.has_value(), umbriel::bytesOf(type) == bytesOfComponent);
+            if (!done) continue;
+            EXPECT_TRUE(*done);
+            const auto tiles = receiver.take();
+            EXPECT_EQ(tiles.at(0).layers.at(0).components, type);
+            EXPECT_EQ(tiles[0].layers[0].pixels.size(), pixels.size());
+        }
+}
+
 TEST(BlobReceiver, MoreThanABlobsBytesIsRefused) {
     test::Random random(5);
     const wire::Blob sent = blobOf(1200, random);

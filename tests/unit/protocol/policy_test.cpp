@@ -346,7 +346,8 @@ TEST(BlobReceiver, TakesOneBlobAfterTheOther) {
 TEST(BulkSender, TilesOfFramesThatWereGivenUpDoNotPileUp) {
     protocol::BulkSender sender;
     for (std::uint64_t frame = 1; frame <= 1000; ++frame)
-        sender.addTile(frame, {{0, {0, 0, 4, 4}, Eye::Mono}, {{Layer::Colour, "colour", 4, false, wire::Bytes(256)}}});
+        sender.addTile(frame, {{0, {0, 0, 4, 4}, Eye::Mono},
+                               {{Layer::Colour, "colour", 4, ComponentType::Float, wire::Bytes(256)}}});
     EXPECT_LE(sender.size(), 3u);
 }
 

@@ -92,7 +92,7 @@ TEST(Messages, ThatEndInDataSurviveBeingCut) {
     };
     cut(Frame{5, true, false, false, 1.5, std::span(data).first(10), data});
     cut(BlobData{{1, 2}, 1000, 10, data});
-    cut(TileData{1, 2, 0, 1, Layer::Colour, "colour", 4, false, 1000, 0, data});
+    cut(TileData{1, 2, 0, 1, Layer::Colour, "colour", 4, ComponentType::Float, 1000, 0, data});
     cut(JobOffer{1, 2, 3, "bake", data, {}});
     cut(JobOffer{1, 2, 3, "bake", data, {{{1, 2}, 12, 24}, {{3, 4}, 4, 8}}});
 }
@@ -338,6 +338,38 @@ TEST(Views, TheKindOfAViewComesBackAndOthersAreRefused) {
         EXPECT_FALSE(decodeViews(bytes));
     }
     EXPECT_EQ(differing[0], differing[1]);
+}
+
+TEST(Views, ThePrecisionOfColoursComesBackAndOthersAreRefused) {
+    WallViews views = sampleViews();
+    for (const auto precision : {ColourPrecision::Float, ColourPrecision::Half, ColourPrecision::Byte}) {
+        views.colourPrecision = precision;
+        const auto back = decodeViews(encodeViews(views));
+        ASSERT_TRUE(back) << back.error().message;
+        EXPECT_EQ(back->colourPrecision, precision);
+    }
+    views.colourPrecision = static_cast<ColourPrecision>(3);
+    EXPECT_FALSE(decodeViews(encodeViews(views)));
+}
+
+// Nobody reads ids as floats, or factors as bytes, because a peer says so.
+TEST(Messages, LayersHaveComponentsOfTheirKindOnly) {
+    const Bytes pixels(16);
+    const auto isTaken = [&](Layer layer, int components) {
+        const TileData sent{1, 2, 0, 1, layer, "x", 1, static_cast<ComponentType>(components), 16, 0, pixels};
+        const auto back = decode<TileData>(encode(sent));
+        if (back) EXPECT_EQ(back->components, sent.components);
+        return back.has_value();
+    };
+    for (int components = 0; components < 6; ++components) {
+        const auto type = static_cast<ComponentType>(components);
+        const bool isColour =
+            type == ComponentType::Float || type == ComponentType::Half || type == ComponentType::Byte;
+        EXPECT_EQ(isTaken(Layer::Colour, components), isColour) << components;
+        EXPECT_EQ(isTaken(Layer::Ids, components), type == ComponentType::Uint) << components;
+        for (const Layer layer : {Layer::Depth, Layer::Position, Layer::Normal, Layer::LightFactors})
+            EXPECT_EQ(isTaken(layer, components), type == ComponentType::Float) << components;
+    }
 }
 
 TEST(Views, RegionsOffTheWallAreRefused) {
