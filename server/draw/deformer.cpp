@@ -125,7 +125,9 @@ Result<Deformer::Drawn> Deformer::prepare(const Aspect& scene, const SceneTree& 
 }
 
 Result<void> Deformer::build(Entry& entry, const Geometry& geometry, std::size_t jointCount) {
-    auto uploaded = GpuGeometry::upload(geometry, entry.needs);
+    GpuGeometry::Needs needs = entry.needs;
+    needs.keepVertices = true;  // joints and targets know them so
+    auto uploaded = GpuGeometry::upload(geometry, needs);
     if (!uploaded) return uploaded.error();
     entry.drawn = std::move(*uploaded);
     entry.vertices = static_cast<std::uint32_t>(geometry.positions.size());

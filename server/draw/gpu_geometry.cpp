@@ -51,12 +51,33 @@ Result<GpuGeometry> GpuGeometry::upload(const Geometry& geometry, const Needs& n
     return result;
 }
 
-Result<gl::Buffer> GpuGeometry::bufferOf(const MultiStorage& storage, bool dynamic, std::vector<float>* kept) {
-    std::vector<float> values = floatsOf(storage, 0, storage.size());
+Result<gl::Buffer> GpuGeometry::bufferOf(const MultiStorage& storage) {
+    const std::vector<float> values =
+        inDrawnOrder(floatsOf(storage, 0, storage.size()), storage.elementSize() / sizeof(float));
     _uploadedBytes += values.size() * sizeof(float);
-    auto buffer = gl::Buffer::create(std::as_bytes(std::span(values)), dynamic ? GL_DYNAMIC_STORAGE_BIT : 0);
-    if (kept) *kept = std::move(values);
-    return buffer;
+    return gl::Buffer::create(std::as_bytes(std::span(values)), GL_DYNAMIC_STORAGE_BIT);
+}
+
+template <class T>
+std::vector<T> GpuGeometry::inDrawnOrder(std::vector<T> elements, std::size_t perVertex) const {
+    if (_drawnVertices.empty()) return elements;
+    std::vector<T> ordered(elements.size());
+    for (std::size_t v = 0; v < _drawnVertices.size(); ++v)
+        std::copy_n(elements.begin() + static_cast<std::ptrdiff_t>(v * perVertex), perVertex,
+                    ordered.begin() + static_cast<std::ptrdiff_t>(_drawnVertices[v] * perVertex));
+    return ordered;
+}
+
+void GpuGeometry::orderVertices(std::span<const std::uint32_t> indices) {
+    _drawnVertices.clear();
+    if (_needs.keepVertices || _primitives.empty()) return;
+    constexpr std::uint32_t kNone = ~std::uint32_t{0};
+    _drawnVertices.assign(_vertices, kNone);
+    std::uint32_t next = 0;
+    for (const std::uint32_t index : indices)
+        if (_drawnVertices[index] == kNone) _drawnVertices[index] = next++;
+    for (std::uint32_t& drawn : _drawnVertices)
+        if (drawn == kNone) drawn = next++;
 }
 
 void GpuGeometry::attach(VertexLocation location, const gl::Buffer& buffer, GLint components) {
@@ -94,6 +115,9 @@ Result<void> GpuGeometry::build(const Geometry& geometry) {
     updateBounds();
     if (_triangles == 0) return {};
 
+    orderVertices(order.indices);
+    if (!_drawnVertices.empty())
+        for (std::uint32_t& index : order.indices) index = _drawnVertices[index];
     auto indices = gl::Buffer::create(std::as_bytes(std::span(order.indices)));
     if (!indices) return indices.error();
     _indices = std::move(*indices);
@@ -134,7 +158,7 @@ Result<void> GpuGeometry::build(const Geometry& geometry) {
         source.buffer = {};
         // An attribute of another length is not one of these vertices: absent.
         if (source.storage.size() != _vertices) continue;
-        auto buffer = bufferOf(source.storage, true);
+        auto buffer = bufferOf(source.storage);
         if (!buffer) return buffer.error();
         source.buffer = std::move(*buffer);
         attach(source.location, source.buffer, source.components);
@@ -159,7 +183,8 @@ Result<void> GpuGeometry::buildTangents(const Geometry& geometry) {
     }
     std::vector<glm::vec2> coordinates = texCoords.toVector();
     sanitise({&coordinates[0].x, coordinates.size() * 2});
-    const std::vector<glm::vec4> tangents = deriveTangents(indices, sanitisedPositions(geometry), normals, coordinates);
+    const std::vector<glm::vec4> tangents =
+        inDrawnOrder(deriveTangents(indices, sanitisedPositions(geometry), normals, coordinates), 1);
     auto buffer = gl::Buffer::create(std::as_bytes(std::span(tangents)));
     if (!buffer) return buffer.error();
     _tangents = std::move(*buffer);
@@ -202,6 +227,7 @@ Result<void> GpuGeometry::buildFirstVertexNormals(const Geometry& geometry, std:
         if (held != glm::vec3(0.0f) && held != normals[i]) return {};
         held = normals[i];
     }
+    ofVertices = inDrawnOrder(std::move(ofVertices), 1);
     auto buffer = gl::Buffer::create(std::as_bytes(std::span(ofVertices)));
     if (!buffer) return buffer.error();
     _firstVertexNormals = std::move(*buffer);
@@ -252,7 +278,9 @@ Result<void> GpuGeometry::require(const Geometry& geometry, const Needs& needs) 
     const bool faceNormals = needs.faceNormals && !_needs.faceNormals;
     const bool tangents = needs.tangents && !_needs.tangents;
     const bool primitives = needs.primitives && !_needs.primitives;
+    const bool renumber = needs.keepVertices && !_needs.keepVertices && !_drawnVertices.empty();
     _needs.keepOrder |= needs.keepOrder;
+    _needs.keepVertices |= needs.keepVertices;
     _needs.faceNormals |= needs.faceNormals;
     _needs.primitives |= needs.primitives;
     const bool flatFaces = needs.flatFaces && !_needs.flatFaces;
@@ -261,7 +289,7 @@ Result<void> GpuGeometry::require(const Geometry& geometry, const Needs& needs) 
         _needs.tangents = true;
         _needs.tangentSet = needs.tangentSet;
     }
-    if (reorder) return build(geometry);
+    if (reorder || renumber) return build(geometry);
     if (tangents)
         if (auto built = buildTangents(geometry); !built) return built;
     if (faceNormals)
@@ -273,6 +301,9 @@ Result<void> GpuGeometry::require(const Geometry& geometry, const Needs& needs) 
 }
 
 Result<void> GpuGeometry::update(const Geometry& geometry, std::span<const MultiChange> changes) {
+    if (changes.empty()) return {};
+    _needs.keepVertices = true;
+    if (!_drawnVertices.empty()) return build(geometry);
     struct Target {
         std::string_view field;
         const MultiStorage& storage;
@@ -292,7 +323,7 @@ Result<void> GpuGeometry::update(const Geometry& geometry, std::span<const Multi
         if (changeOf(geometry, changes, target.field))
             rebuild |= !target.present || target.storage.size() != _vertices || target.buffer.size() == 0;
     // Derived tangents depend on everything else.
-    rebuild |= !changes.empty() && _needs.tangents && geometry.tangents.size() != _vertices;
+    rebuild |= _needs.tangents && geometry.tangents.size() != _vertices;
     if (rebuild) return build(geometry);
 
     for (const Target& target : targets) {
@@ -307,8 +338,7 @@ Result<void> GpuGeometry::update(const Geometry& geometry, std::span<const Multi
         }
     }
     if (const MultiChange* moved = changeOf(geometry, changes, "positions")) updateTriangles(geometry, moved->touched);
-    if (!changes.empty())
-        if (auto built = buildFlatFaces(geometry); !built) return built;
+    if (auto built = buildFlatFaces(geometry); !built) return built;
     return gl::checkError("changed vertices");
 }
 

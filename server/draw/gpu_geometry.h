@@ -40,14 +40,16 @@ class BufferTexture {
     gl::Name<gl::deleteTexture> _name;
 };
 
-// A geometry on the GPU. Vertices keep the scene's numbering, so that touched ranges go up as they are; triangles may
-// be reordered once, when uploaded. Face normals are a table by triangle, not derivatives of the position: those depend
+// A geometry on the GPU. Triangles may be reordered once, when uploaded, and vertices then lie in the order in which
+// triangles ask for them: fetched from all over, they cost llvmpipe more than their shading. With the first change vertices go
+// back to the scene's numbering, for good, so that touched ranges go up as they are. Face normals are a table by triangle, not derivatives of the position: those depend
 // on the window position (seams), and unsharing vertices would triple the vertex work.
 class GpuGeometry {
  public:
     // What its users need beyond the scene's data; grows as users come.
     struct Needs {
         bool keepOrder = false;    // a blended surface: the order of its triangles is visible
+        bool keepVertices = false;  // others know vertices by the scene's numbers
         bool faceNormals = false;  // shadows, flat shading or the normal layer
         bool tangents = false;     // a normal map
         std::uint32_t tangentSet = 0;
@@ -88,7 +90,7 @@ class GpuGeometry {
     const gl::Buffer& indices() const { return _indices; }
     const gl::Buffer& faceNormalBuffer() const { return _faceNormals; }
     const gl::Buffer& flatFaceBuffer() const { return _flatFaces; }
-    // The vertex at a corner of a drawn triangle.
+    // The scene's vertex at a corner of a drawn triangle.
     std::uint32_t indexAt(const Geometry& geometry, std::size_t corner) const;
     // For shadow volumes: vertices and triangles as they are on the GPU, read back when first asked for after a change.
     std::shared_ptr<const CasterShape> casterShape();
@@ -110,7 +112,11 @@ class GpuGeometry {
     Result<void> buildTangents(const Geometry& geometry);
     Result<void> buildPrimitives();
     Result<void> buildFlatFaces(const Geometry& geometry);
-    Result<gl::Buffer> bufferOf(const MultiStorage& storage, bool dynamic, std::vector<float>* kept = nullptr);
+    Result<gl::Buffer> bufferOf(const MultiStorage& storage);
+    // Elements by the scene's vertices, in the order in which they are drawn.
+    template <class T>
+    std::vector<T> inDrawnOrder(std::vector<T> elements, std::size_t perVertex) const;
+    void orderVertices(std::span<const std::uint32_t> indices);
     void attach(VertexLocation location, const gl::Buffer& buffer, GLint components);
     void updateTriangles(const Geometry& geometry, const IndexRanges& vertices);
     // Of moved vertices nobody knows what they enclose, nor which way the triangles face that they begin.
@@ -127,6 +133,7 @@ class GpuGeometry {
     std::vector<Cluster> _clusters;
     std::vector<ClusterGroup> _groups;
     std::vector<std::uint32_t> _primitives;  // drawn triangle -> the scene's; empty: the same
+    std::vector<std::uint32_t> _drawnVertices;  // the scene's vertex -> that on the GPU; empty: the same
     // Built with the first partial change of positions: which triangles touch vertex v are
     // _trianglesOfVertex[_firstOfVertex[v] .. _firstOfVertex[v + 1]).
     std::vector<std::uint32_t> _firstOfVertex;
