@@ -25,6 +25,11 @@ struct Counter {
     }
 };
 
+// Two triangles, wound to different sides. Other edges are open or shared by more.
+bool isInconsistent(const MeshTopology& topology, const MeshTopology::Edge& e) {
+    return e.end - e.begin == 2 && topology.uses[e.begin].forward == topology.uses[e.begin + 1].forward;
+}
+
 std::string describe(const glm::vec3& p) {
     return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z);
 }
@@ -62,7 +67,7 @@ class Checker {
                 _isOpen.insert(_topology.component[first.triangle]);
             } else if (uses > 2) {
                 many.add(where() + fmt::format(" and {} more", uses - 1));
-            } else if (first.forward == _topology.uses[e.begin + 1].forward) {
+            } else if (isInconsistent(_topology, e)) {
                 winding.add(fmt::format("triangles {} and {}", first.triangle, _topology.uses[e.begin + 1].triangle));
             }
         }
@@ -246,6 +251,13 @@ Result<MeshReport> checkMesh(const Mesh& mesh, const MeshCheckOptions& options) 
             fmt::format("vertex {} at {}", bad[i], describe(mesh.positions[bad[i]])));
     }
     return report;
+}
+
+std::uint64_t inconsistentEdges(const Mesh& mesh) {
+    if (!checkIndices(mesh) || !nonFinite(mesh).empty()) return 0;
+    const MeshTopology topo = topology(mesh);
+    return static_cast<std::uint64_t>(
+        std::ranges::count_if(topo.edges, [&](const MeshTopology::Edge& e) { return isInconsistent(topo, e); }));
 }
 
 std::string toText(const MeshReport& report) {
