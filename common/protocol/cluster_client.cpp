@@ -203,8 +203,10 @@ void ClusterClient::linkClosed(ConnectionId connection, Peer& peer, const std::s
             _servers[server].session = {};
         return dialFailed(tagOf({server, bulk}), failure("it closes the connection before it says hello"), now);
     }
-    lose(server,
-         remote.host.empty() ? reason : fmt::format("{} (at {})", reason, hostPortText(remote.host, remote.port)), now);
+    const std::string where = remote.host.empty() ? "" : hostPortText(remote.host, remote.port);
+    // Without a hello the reason names the address already.
+    const bool isNamed = where.empty() || reason.find(where) != std::string::npos;
+    lose(server, isNamed ? reason : fmt::format("{} (at {})", reason, where), now);
 }
 
 void ClusterClient::lose(std::size_t index, const std::string& reason, TimePoint now) {
