@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "client/session/shadow_fit.h"
+#include "common/base/host_port.h"
 
 namespace umbriel {
 namespace {
@@ -339,23 +340,18 @@ std::vector<std::string> drawnShadowModes() {
 
 namespace {
 
-// HOST:PORT, [IPV6]:PORT
 std::optional<ServerAddress> parseAddress(std::string_view text, bool mayBeZero) {
-    const std::size_t colon = text.rfind(':');
-    if (colon == std::string_view::npos || colon == 0) return std::nullopt;
-    const auto port = toNumber<std::uint16_t>(text.substr(colon + 1));
-    if (!port || (*port == 0 && !mayBeZero)) return std::nullopt;
-    std::string_view host = text.substr(0, colon);
-    if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-    return ServerAddress{{}, std::string(host), *port};
+    auto address = parseHostPort(text, mayBeZero);
+    if (!address) return std::nullopt;
+    return ServerAddress{{}, std::move(address->host), address->port};
 }
 
 }  // namespace
 
 Result<std::vector<ServerAddress>> parseServers(std::string_view text, bool namesOnly) {
     constexpr std::string_view kForm =
-        "HOST:PORT or NAME=HOST:PORT, separated by commas, ports from 1 to 65535; with "
-        "--listen also NAME";
+        "HOST:PORT or NAME=HOST:PORT, separated by commas, ports from 1 to 65535, an IPv6 address in "
+        "brackets as in [::1]:7420; with --listen also NAME";
     std::vector<ServerAddress> servers;
     for (std::string_view part : split(text, ',')) {
         std::string name;
@@ -380,14 +376,14 @@ Result<std::vector<ServerAddress>> parseServers(std::string_view text, bool name
         if (isTwice)
             return expected("--servers", text,
                             fmt::format("every server once, and {} is there twice",
-                                        one->name.empty() ? fmt::format("{}:{}", one->host, one->port) : one->name));
+                                        one->name.empty() ? hostPortText(one->host, one->port) : one->name));
     }
     return servers;
 }
 
 Result<ServerAddress> parseListen(std::string_view text) {
     const auto address = parseAddress(text, true);
-    if (!address) return expected("--listen", text, "HOST:PORT, for example 127.0.0.1:7421");
+    if (!address) return expected("--listen", text, "HOST:PORT, for example 127.0.0.1:7421 or [::1]:7421");
     return *address;
 }
 

@@ -21,6 +21,7 @@
 #include "client/session/cluster.h"
 #include "common/image/exr_io.h"
 #include "common/scene/core_types.h"
+#include "common/visibility/mesh_check.h"
 
 namespace umbriel {
 namespace {
@@ -239,6 +240,12 @@ Result<void> bake(const BakeArguments& a, std::ostream& out, std::ostream& err) 
     }
     if (mesh->degenerateTriangles > 0) {
         warnings.push_back(fmt::format("{} triangles without area are left out", mesh->degenerateTriangles));
+    }
+    if (const std::uint64_t edges = visibility::inconsistentEdges(*loaded); edges > 0) {
+        warnings.push_back(fmt::format(
+            "triangles at {} edges are wound to different sides, so normals and maps there point to either; "
+            "umbriel check MESH --orient --out SOUND.obj turns them",
+            edges));
     }
     if (const double share = visibility::coarseness(*loaded); share > kCoarse) {
         warnings.push_back(

@@ -68,12 +68,18 @@ Result<void> checkStereo(const SceneArguments& arguments, WallSetup& setup) {
         if (!size) return size.error();
         setup.stage.wallSize = *size;
     }
-    if (arguments.stereo.empty()) return {};
+    if (arguments.stereo.empty()) {
+        if (arguments.eyeSeparation)
+            return badInput(
+                "--eye-separation: one eye in the middle is drawn; give --stereo left, right or pair with it");
+        return {};
+    }
     if (arguments.stereo != "left" && arguments.stereo != "right" && arguments.stereo != "pair")
         return badInput(fmt::format("--stereo '{}': expected left, right or pair", arguments.stereo));
-    if (!(arguments.eyeSeparation >= 0.0 && arguments.eyeSeparation <= 1e3))
-        return badInput(fmt::format("--eye-separation {}: expected 0 to 1000 metres", arguments.eyeSeparation));
-    setup.stage.stereo = StereoArguments{arguments.eyeSeparation};
+    const double separation = arguments.eyeSeparation.value_or(StereoArguments().separation);
+    if (!(separation >= 0.0 && separation <= 1e3))
+        return badInput(fmt::format("--eye-separation {}: expected 0 to 1000 metres", separation));
+    setup.stage.stereo = StereoArguments{separation};
     setup.eyes.clear();
     if (arguments.stereo != "right") setup.eyes.push_back(Eye::Left);
     if (arguments.stereo != "left") setup.eyes.push_back(Eye::Right);

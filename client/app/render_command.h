@@ -25,7 +25,7 @@ struct SceneArguments {
     std::optional<double> fov;            // degrees, vertical
     std::string stereo;                   // "", "left", "right", "pair"
     std::string wallSize;                 // metres, WxH
-    double eyeSeparation = 0.065;         // metres
+    std::optional<double> eyeSeparation;  // metres; none: that of StereoArguments; only with stereo
     std::string shadow = "auto";          // auto: what umbriel trade stored beside the scene, else none
     std::optional<double> frameBudget;    // milliseconds
     std::uint32_t mapSize = 512;

@@ -75,7 +75,8 @@ Result<std::vector<TradeRow>> rowsOf(const TradeArguments& arguments) {
                      s < (takesSamples(parsed->mode) ? std::max<std::size_t>(1, samples->size()) : 1); ++s) {
                     TradeRow row;
                     row.setting.technique = technique;
-                    row.setting.mapSize = mapped ? (*sizes)[m] : 512;
+                    row.setting.hasMap = mapped;
+                    if (mapped) row.setting.mapSize = (*sizes)[m];
                     if (takesFilter(parsed->mode) && !filters->empty()) row.setting.filter = (*filters)[f];
                     if (takesSamples(parsed->mode) && !samples->empty()) row.setting.samples = (*samples)[s];
                     rows.push_back(std::move(row));

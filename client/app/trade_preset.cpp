@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "client/app/trade_setting.h"
+
 namespace umbriel {
 namespace {
 
@@ -80,7 +82,9 @@ void Expectations::atLeast(const std::string& text, std::optional<double> a, dou
 }
 
 TradeSetting presetSetting(std::string technique, std::uint32_t mapSize, SettingFields fields) {
-    return {std::move(technique), mapSize, {}, {}, std::move(fields)};
+    const auto parsed = parseTechnique(technique);  // one that is none is refused where it is applied
+    const bool mapped = !parsed || hasMap(parsed->mode);
+    return {std::move(technique), mapSize, {}, {}, std::move(fields), mapped};
 }
 
 SceneArguments presetScene(const TradeArguments& arguments) {

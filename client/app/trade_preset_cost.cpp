@@ -28,7 +28,7 @@ std::vector<PresetRun> table2(const TradeArguments& arguments) {
 }
 void judgeTable2(const PresetOutcome& outcome, Expectations& expect) {
     const auto of = [&](const char* technique) {
-        return outcome.figure(0, fmt::format("{} 1024", technique), ratioOf);
+        return outcome.figure(0, labelOf(presetSetting(technique, 1024)), ratioOf);
     };
     for (std::size_t i = 1; i < kTable2.size(); ++i) {
         const bool planar = i < 3;
@@ -44,7 +44,7 @@ void judgeTable2(const PresetOutcome& outcome, Expectations& expect) {
     expect.less("z-pass costs less than z-fail", of("zpass"), of("zfail"), kTimes, "caps and both sides of the eye");
     expect.less("a map (not in the table) costs less than volumes", of("std"), of("zpass"), kTimes);
     const auto wrong = [&](const char* technique) {
-        return outcome.figure(0, fmt::format("{} 1024", technique), errorOf);
+        return outcome.figure(0, labelOf(presetSetting(technique, 1024)), errorOf);
     };
     for (const char* technique : {"planar", "planar-stencil", "zpass", "zfail"})
         expect.less(fmt::format("{} has less error than a map of 1024", technique), wrong(technique), wrong("std"),
@@ -71,7 +71,7 @@ std::vector<PresetRun> triangles(const TradeArguments& arguments) {
 }
 void judgeTriangles(const PresetOutcome& outcome, Expectations& expect) {
     const auto cost = [&](std::size_t run, const char* technique) {
-        return outcome.figure(run, fmt::format("{} 1024", technique), cpuOf);
+        return outcome.figure(run, labelOf(presetSetting(technique, 1024)), cpuOf);
     };
     for (std::size_t run = 0; run < kTriangles.size(); ++run) {
         expect.less(fmt::format("{} triangles: a map costs less than volumes", kTriangles[run]), cost(run, "std"),
@@ -116,7 +116,7 @@ std::vector<PresetRun> lights(const TradeArguments& arguments) {
 }
 void judgeLights(const PresetOutcome& outcome, Expectations& expect) {
     const auto cost = [&](std::size_t run, const char* technique) {
-        return outcome.figure(run, fmt::format("{} 256", technique), cpuOf);
+        return outcome.figure(run, labelOf(presetSetting(technique, 256)), cpuOf);
     };
     for (std::size_t run = 0; run < kLights.size(); ++run)
         expect.less(fmt::format("{} lights: maps cost less than volumes", kLights[run]), cost(run, "std"),

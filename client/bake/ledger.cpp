@@ -107,7 +107,7 @@ struct Ledger::Database {
         return {};
     }
 
-    Result<void> load(const Settings& settings, const std::vector<Shard>& planned) {
+    Result<void> load(const Settings& settings, const std::vector<Shard>& planned, const InWords& inWords) {
         Settings known;
         const auto text = [](sqlite3_stmt* row, int column) {
             const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(row, column));
@@ -124,10 +124,12 @@ struct Ledger::Database {
             };
             const auto was = of(known), is = of(settings);
             if (was == is) continue;
+            const std::string& name = was.first.empty() ? is.first : was.first;
+            const auto words = [&](const std::string& value) { return inWords ? inWords(name, value) : value; };
             return badInput(
                 fmt::format("{} is the ledger of another bake: its {} is \"{}\", now it is \"{}\"; bake as "
                             "before, into another file, or remove the ledger",
-                            file.string(), was.first.empty() ? is.first : was.first, was.second, is.second));
+                            file.string(), name, words(was.second), words(is.second)));
         }
         const auto read = run("SELECT first_block, block_count, state, leases FROM shards ORDER BY number", {},
                               [&](sqlite3_stmt* row) {
@@ -152,7 +154,8 @@ Ledger::Ledger(std::unique_ptr<Database> database) : _database(std::move(databas
 Ledger::~Ledger() = default;
 
 Result<std::unique_ptr<Ledger>> Ledger::open(const std::filesystem::path& file, const std::filesystem::path& output,
-                                             const Settings& settings, const std::vector<Shard>& shards, bool resume) {
+                                             const Settings& settings, const std::vector<Shard>& shards, bool resume,
+                                             const InWords& inWords) {
     auto database = std::make_unique<Database>();
     database->file = file;
     database->output = output;
@@ -186,7 +189,7 @@ Result<std::unique_ptr<Ledger>> Ledger::open(const std::filesystem::path& file, 
                                  "starts anew",
                                  output.string(), file.parent_path().string()));
     } else {
-        ready = database->load(settings, shards);
+        ready = database->load(settings, shards, inWords);
     }
     if (!ready) return ready.error();
     if (const auto committed = database->run("COMMIT"); !committed) return committed.error();

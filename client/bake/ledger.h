@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,12 +29,15 @@ class Ledger {
     // What a bake is a function of, by name; a ledger continues only a bake that agrees in all of it.
     using Settings = std::vector<std::pair<std::string, std::string>>;
 
+    // A setting's value as a person knows it, for messages.
+    using InWords = std::function<std::string(const std::string& name, const std::string& value)>;
+
     // Opens or makes it. Bad input: another process has it, it is of another bake (the message names the first setting
     // that differs), it is no ledger; and, unless resume, when it exists. Failure: the disk. `output` names the bake in
     // messages. `shards` are written into a new ledger; an existing one must have the same.
     static Result<std::unique_ptr<Ledger>> open(const std::filesystem::path& file, const std::filesystem::path& output,
                                                 const Settings& settings, const std::vector<Shard>& shards,
-                                                bool resume);
+                                                bool resume, const InWords& inWords = {});
     // What the ledger of an interrupted bake says of one setting; none when there is no ledger, or another process has
     // it: open() says why.
     static std::optional<std::string> recorded(const std::filesystem::path& file, const std::string& setting);

@@ -4,6 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cmath>
+#include <initializer_list>
+#include <numbers>
 #include <system_error>
 #include <utility>
 
@@ -49,6 +53,33 @@ Ledger::Settings settingsOf(const MapHeader& h, const std::optional<ShardPart>& 
             {"rows", fmt::format("{}", h.totalRows)},
             {"part", part ? fmt::format("{}/{}", part->number, part->count) : "all"},
             {"number of shards", fmt::format("{}", shards)}};
+}
+
+// Numbers of the file's format as the options that set them say it.
+std::string inWords(const std::string& name, const std::string& value) {
+    double number = 0.0;
+    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+    if (error != std::errc() || end != value.data() + value.size()) return value;
+    const auto named = [&](std::initializer_list<const char*> names) {
+        return number >= 0.0 && number < static_cast<double>(names.size())
+                   ? std::string(names.begin()[static_cast<std::size_t>(number)])
+                   : value;
+    };
+    if (name == "maker") return named({"rays", "grid", "gl"});
+    if (name == "guard") return named({"exact", "fast", "fast-fan"});
+    if (name == "opening angle") return fmt::format("{:.6g} degrees", number * 180.0 / std::numbers::pi);
+    if (name == "far limit") return std::isfinite(number) ? fmt::format("{:.6g} %", number * 100.0) : "none";
+    if (name != "contents") return value;
+    std::string contents;
+    const auto bits = static_cast<std::uint32_t>(number);
+    for (const auto& [content, text] : {std::pair{visibility::MapContent::Mask, "masks"},
+                                        {visibility::MapContent::Distance, "distances"},
+                                        {visibility::MapContent::HitDistance, "hit distances"},
+                                        {visibility::MapContent::Index, "indices"}}) {
+        if ((bits & static_cast<std::uint32_t>(content)) == 0) continue;
+        contents += fmt::format("{}{}", contents.empty() ? "" : ", ", text);
+    }
+    return contents;
 }
 
 fs::path folderOf(const fs::path& out) {
@@ -154,7 +185,7 @@ Result<ShardStore> ShardStore::open(const fs::path& out, const MapHeader& header
     std::error_code error;
     fs::create_directory(folder, error);
     if (error) return failure(fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
-    auto ledger = Ledger::open(ledgerOf(out), out, settingsOf(header, part, planned.size()), planned, resume);
+    auto ledger = Ledger::open(ledgerOf(out), out, settingsOf(header, part, planned.size()), planned, resume, inWords);
     if (!ledger) return ledger.error();
     store._ledger = std::move(*ledger);
     removeTemporaries(folder);

@@ -111,6 +111,8 @@ class GltfSkins {
     Ref<Skin> skin(int index, const std::vector<Ref<Geometry>>& geometries, const GltfMeshes& meshes,
                    const std::string& place);
     void setJoints(const std::map<int, Ref<Node>>& nodes);
+    // The skins that were made.
+    std::vector<int> used() const;
 
  private:
     std::vector<glm::mat4> matrices(int accessor, std::size_t joints, const std::string& place);
@@ -140,7 +142,11 @@ class GltfNodes {
  private:
     void requireTree() const;
     std::vector<int> rootsOfScene(std::string& sceneName);
-    Ref<Node> buildNode(int index, std::uint32_t depth);
+    Ref<Node> buildTree(int root);
+    // Without its children.
+    Ref<Node> buildNode(int index, std::uint32_t depth, std::vector<Ref<Node>>& leaves);
+    // Limits what finding the places of joints, lights and cameras may cost.
+    void requireShortWays() const;
     // A node for each geometry of its mesh.
     std::vector<Ref<Node>> buildLeaves(const tinygltf::Node& source, int index);
     void place(const tinygltf::Node& source, const std::string& where, Ref<Transform> transform);
@@ -150,6 +156,7 @@ class GltfNodes {
     GltfMeshes& _meshes;
     GltfSkins _skins;
     std::map<int, Ref<Node>> _nodes;
+    std::map<int, std::uint32_t> _depths;  // of the same nodes below the scene
     std::map<int, Ref<Transform>> _transforms;
     std::map<int, Ref<MorphWeights>> _morphWeights;
     std::vector<std::pair<int, int>> _cameraNodes;  // (camera, node)

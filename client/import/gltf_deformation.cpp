@@ -217,6 +217,12 @@ void GltfSkins::setJoints(const std::map<int, Ref<Node>>& nodes) {
     }
 }
 
+std::vector<int> GltfSkins::used() const {
+    std::vector<int> indices;
+    for (const auto& [index, skin] : _skins) indices.push_back(index);
+    return indices;
+}
+
 Ref<MorphWeights> makeMorphWeights(GltfContext& context, const tinygltf::Node& node, int meshIndex, std::size_t targets,
                                    const std::string& place) {
     const tinygltf::Mesh& mesh = context.model().meshes[static_cast<std::size_t>(meshIndex)];

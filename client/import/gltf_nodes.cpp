@@ -54,15 +54,16 @@ Ref<Node> GltfNodes::build(const std::string& sceneName) {
     const std::vector<int> roots = rootsOfScene(name);
     const Ref<Node> scene = _context.scene.create<Node>(name);
     std::vector<Ref<Node>> children;
-    for (const int root : roots) children.push_back(buildNode(root, 0));
+    for (const int root : roots) children.push_back(buildTree(root));
     _skins.setJoints(_nodes);
+    requireShortWays();
     _context.scene.edit(scene).assign<&Node::children>(children);
 
     // A light acts on what is below its node, and glTF's lights act on everything: so their nodes form a chain above
     // the scene, and each stands where its glTF node, its beacon, does.
-    if (_lightNodes.size() > _context.limits.depth)
+    if (_lightNodes.size() > _context.limits.lights)
         throw ImportRefused("extensions.KHR_lights_punctual",
-                            "more than " + std::to_string(_context.limits.depth) + " lights");
+                            "more than " + std::to_string(_context.limits.lights) + " lights");
     Ref<Node> top = scene;
     for (auto it = _lightNodes.rbegin(); it != _lightNodes.rend(); ++it) {
         const auto [node, lightIndex] = *it;
@@ -137,9 +138,40 @@ std::vector<int> GltfNodes::rootsOfScene(std::string& sceneName) {
     return roots;
 }
 
-Ref<Node> GltfNodes::buildNode(int index, std::uint32_t depth) {
+// Parents before children, in the order of children. Without recursion: the depth is the file's.
+Ref<Node> GltfNodes::buildTree(int root) {
+    struct Open {
+        int index;
+        Ref<Node> node;
+        std::vector<Ref<Node>> children;
+        std::size_t next = 0;  // of the source's children
+    };
+    std::vector<Open> open;
+    const auto enter = [&](int index) {
+        std::vector<Ref<Node>> leaves;
+        const Ref<Node> node = buildNode(index, static_cast<std::uint32_t>(open.size()), leaves);
+        open.push_back({index, node, std::move(leaves)});
+    };
+    enter(root);
+    for (;;) {
+        Open& top = open.back();
+        const tinygltf::Node& source = _context.model().nodes[static_cast<std::size_t>(top.index)];
+        if (top.next < source.children.size()) {
+            enter(source.children[top.next++]);
+            continue;
+        }
+        const Ref<Node> done = top.node;
+        _context.scene.edit(done).assign<&Node::children>(top.children);
+        open.pop_back();
+        if (open.empty()) return done;
+        open.back().children.push_back(done);
+    }
+}
+
+Ref<Node> GltfNodes::buildNode(int index, std::uint32_t depth, std::vector<Ref<Node>>& leaves) {
     if (depth > _context.limits.depth)
-        throw ImportRefused(nodePlace(index), "lies deeper than " + std::to_string(_context.limits.depth) + " nodes");
+        throw ImportRefused(nodePlace(index), "lies deeper than " + std::to_string(_context.limits.depth) +
+                                                  " nodes; merge nodes that have a single child into it");
     if (_context.scene.containerCount() > _context.limits.containers)
         throw ImportRefused(nodePlace(index),
                             "the scene has more than " + std::to_string(_context.limits.containers) + " parts");
@@ -147,19 +179,36 @@ Ref<Node> GltfNodes::buildNode(int index, std::uint32_t depth) {
     const Ref<Node> node = _context.scene.create<Node>(source.name);
     const Ref<Transform> transform = _context.scene.create<Transform>();
     _nodes[index] = node;
+    _depths[index] = depth;
     _transforms[index] = transform;
     place(source, nodePlace(index), transform);
     if (source.camera >= 0) _cameraNodes.emplace_back(source.camera, index);
     if (const int light = lightOf(source); light >= 0) _lightNodes.emplace_back(index, light);
 
-    std::vector<Ref<Node>> children;
-    if (source.mesh >= 0) children = buildLeaves(source, index);
-    for (const int child : source.children) children.push_back(buildNode(child, depth + 1));
+    if (source.mesh >= 0) leaves = buildLeaves(source, index);
     auto edit = _context.scene.edit(node);
     edit.set<&Node::core>(transform);
     edit.set<&Node::visible>(isVisible(source));
-    edit.assign<&Node::children>(children);
     return node;
+}
+
+void GltfNodes::requireShortWays() const {
+    std::uint64_t steps = 0;
+    const auto walk = [&](int node, const std::string& place) {
+        // Itself, and the scene and the chain of lights above its root.
+        steps += _depths.at(node) + _lightNodes.size() + 2;
+        if (steps > _context.limits.stepsUp)
+            throw ImportRefused(place, "joints, lights and cameras lie too deep: more than " +
+                                           std::to_string(_context.limits.stepsUp) +
+                                           " nodes above them, counted for each; hang them higher up");
+    };
+    for (const int skin : _skins.used()) {
+        const std::vector<int>& joints = _context.model().skins[static_cast<std::size_t>(skin)].joints;
+        for (std::size_t i = 0; i < joints.size(); ++i)
+            walk(joints[i], gltfPlace("skins", static_cast<std::size_t>(skin)) + "." + gltfPlace("joints", i));
+    }
+    for (const auto& [node, light] : _lightNodes) walk(node, nodePlace(node));
+    for (const auto& [camera, node] : _cameraNodes) walk(node, nodePlace(node));
 }
 
 std::vector<Ref<Node>> GltfNodes::buildLeaves(const tinygltf::Node& source, int index) {

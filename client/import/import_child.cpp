@@ -17,7 +17,7 @@
 namespace umbriel {
 namespace {
 
-constexpr std::size_t kArgumentCount = 11;
+constexpr std::size_t kArgumentCount = 13;
 
 template <class Number>
 bool parse(const std::string& text, Number& value) {
@@ -48,7 +48,8 @@ std::vector<std::string> importChildArguments(const std::string& file, const Imp
     return {std::to_string(answerDescriptor), std::to_string(limits.fileBytes), std::to_string(limits.sceneBytes),
             std::to_string(limits.processBytes), std::to_string(limits.cpuTime.count()),
             std::to_string(limits.containers), std::to_string(limits.imageSide), std::to_string(limits.depth),
-            std::to_string(limits.faceCorners), limits.verticesAsWritten ? "1" : "0",
+            std::to_string(limits.lights), std::to_string(limits.stepsUp), std::to_string(limits.faceCorners),
+            limits.verticesAsWritten ? "1" : "0",
             // Never mistaken for an option, whatever the file is called.
             file.starts_with('/') ? file : "./" + file};
 }
@@ -63,8 +64,9 @@ int runImportChild(const ImportChildOptions& options) {
         !parse(arguments[1], limits.fileBytes) || !parse(arguments[2], limits.sceneBytes) ||
         !parse(arguments[3], limits.processBytes) || !parse(arguments[4], cpuSeconds) ||
         !parse(arguments[5], limits.containers) || !parse(arguments[6], limits.imageSide) ||
-        !parse(arguments[7], limits.depth) || !parse(arguments[8], limits.faceCorners) ||
-        !parse(arguments[9], asWritten) || fcntl(descriptor, F_GETFD) < 0) {
+        !parse(arguments[7], limits.depth) || !parse(arguments[8], limits.lights) ||
+        !parse(arguments[9], limits.stepsUp) || !parse(arguments[10], limits.faceCorners) ||
+        !parse(arguments[11], asWritten) || fcntl(descriptor, F_GETFD) < 0) {
         log::error("import-child is started by umbriel itself, with a pipe for its answer");
         return 2;
     }

@@ -17,7 +17,11 @@ struct ImportLimits {
     std::chrono::seconds wallTime{60};                    // until the import process is ended
     std::uint32_t containers = 1'000'000;                 // nodes, geometries, materials, ... of the scene
     std::uint32_t imageSide = 16'384;                     // texels
-    std::uint32_t depth = 1'000;                          // of nodes below each other
+    std::uint32_t depth = 100'000;                        // of nodes below each other
+    std::uint32_t lights = 1'000;                         // they form a chain above the scene
+    // Joints, lights and cameras stand where nodes do: who draws walks up from each of these in every frame. The nodes
+    // on all these ways together, which may take seconds of a frame.
+    std::uint64_t stepsUp = 100'000'000;
     // Of one face. tinyobjloader cuts polygons up by clipping ears, in the square of their corners: these take half a
     // second, 60 000 took seven. Of what Debian 12 has, CGAL and GLU's tessellator are faster; one needs another Boost
     // than ours, the other OpenGL in the client.

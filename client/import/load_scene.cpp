@@ -224,8 +224,7 @@ Result<LoadedFile> loadScene(const std::string& file, Aspect& into, IdSource& id
         case AnswerReader::End::Closed:
             return endOf(child.wait(deadline), file, limits);
     }
-    // Nodes, above them the lights, below them the leaves with their geometry.
-    const Result<void> valid = validateLoadedScene(scratch, answer.scene(), limits.depth * 2 + 3);
+    const Result<void> valid = validateLoadedScene(scratch, answer.scene(), treeLimits(limits));
     if (!valid)
         return failure(file + ": the import process answered with an impossible scene: " + valid.error().message);
     LoadedFile loaded;

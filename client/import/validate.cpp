@@ -78,7 +78,7 @@ void checkNumbers(const Container& container) {
 
 class SceneCheck {
  public:
-    SceneCheck(const Aspect& scene, std::uint32_t maxDepth) : _scene(scene), _maxDepth(maxDepth) {}
+    SceneCheck(const Aspect& scene, const TreeLimits& limits) : _scene(scene), _limits(limits) {}
 
     void check(Ref<LoadedScene> loaded) {
         if (!_scene.find(loaded)) throw ImportRefused("there is no loaded scene");
@@ -267,26 +267,58 @@ class SceneCheck {
         for (const ContainerId id : _scene.ids())
             if (as<Node>(id) && !hasParent.contains(id)) open.push_back({id, 0});
         std::size_t reached = 0;
+        std::unordered_map<ContainerId, std::uint32_t> depths;
         while (!open.empty()) {
             const Visit visit = open.back();
             open.pop_back();
             ++reached;
             const Node& node = *as<Node>(visit.node);
-            if (visit.depth > _maxDepth) refuse(node, "lies too deep");
+            if (visit.depth > _limits.depth) refuse(node, "lies too deep");
+            depths.emplace(visit.node, visit.depth);
             for (std::size_t i = 0; i < node.children.size(); ++i) open.push_back({node.children[i], visit.depth + 1});
         }
         if (reached != nodes) throw ImportRefused("the nodes form a cycle");
+        checkWays(depths);
+    }
+
+    void checkWays(const std::unordered_map<ContainerId, std::uint32_t>& depths) const {
+        std::uint64_t steps = 0;
+        const auto walk = [&](const Container& from, ContainerId node) {
+            const auto found = depths.find(node);
+            if (found != depths.end()) steps += found->second + std::uint64_t{1};
+            if (steps > _limits.stepsUp) refuse(from, "stands at a node that lies too deep");
+        };
+        for (const ContainerId id : _scene.ids()) {
+            const Container& container = *_scene.find(id);
+            if (const auto* skin = as<Skin>(id)) {
+                for (std::size_t i = 0; i < skin->joints.size(); ++i) walk(container, skin->joints[i]);
+            } else if (const auto* sun = as<DirectionalLight>(id)) {
+                walk(container, sun->beacon.get());
+            } else if (const auto* lamp = as<PointLight>(id)) {
+                walk(container, lamp->beacon.get());
+            } else if (const auto* spot = as<SpotLight>(id)) {
+                walk(container, spot->beacon.get());
+            } else if (const auto* lens = as<PerspectiveCamera>(id)) {
+                walk(container, lens->beacon.get());
+            } else if (const auto* box = as<OrthographicCamera>(id)) {
+                walk(container, box->beacon.get());
+            }
+        }
     }
 
     const Aspect& _scene;
-    std::uint32_t _maxDepth;
+    const TreeLimits& _limits;
 };
 
 }  // namespace
 
-Result<void> validateLoadedScene(const Aspect& scene, Ref<LoadedScene> loaded, std::uint32_t maxDepth) {
+TreeLimits treeLimits(const ImportLimits& limits) {
+    return {limits.depth + limits.lights + 3, limits.stepsUp};
+}
+
+Result<void> validateLoadedScene(const Aspect& scene, Ref<LoadedScene> loaded, const TreeLimits& limits) {
     try {
-        SceneCheck(scene, maxDepth).check(loaded);
+        SceneCheck(scene, limits).check(loaded);
         return {};
     } catch (const ImportRefused& reason) {
         return failure(reason.what());

@@ -1,6 +1,7 @@
 // The umbriel program: argument parsing only; every command lives in client/app.
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <filesystem>
 #include <iostream>
 
@@ -36,6 +37,21 @@ CLI::Validator given() {
     return CLI::Validator([](std::string& value) { return std::string(value.empty() ? "its value is empty" : ""); }, "");
 }
 
+// Options without a sign: CLI11 takes "-1" for 2^64 - 1, and all that is beyond 64 bits too.
+void requireWholeNumbers(CLI::App& app) {
+    const auto wholeNumber = [](std::string& value) -> std::string {
+        std::uint64_t number = 0;
+        const std::size_t skipped = value.starts_with("0x") ? 2 : value.starts_with('+') ? 1 : 0;
+        const auto [end, error] = std::from_chars(value.data() + skipped, value.data() + value.size(), number, skipped == 2 ? 16 : 10);
+        if (error == std::errc() && end == value.data() + value.size()) return "";
+        if (error == std::errc::result_out_of_range) return "'" + value + "' is too large";
+        return "'" + value + "': expected a whole number, 0 or more";
+    };
+    for (CLI::Option* option : app.get_options())
+        if (option->get_type_name() == "UINT") option->check(CLI::Validator(wholeNumber, ""));
+    for (CLI::App* command : app.get_subcommands(nullptr)) requireWholeNumbers(*command);
+}
+
 void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command
         .add_option("SCENE", arguments.scene,
@@ -67,7 +83,7 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command.add_option("--fov", arguments.fov, "vertical field of view in degrees");
     command.add_option("--stereo", arguments.stereo, "left, right or pair: off-axis eyes before the wall; pairs go to x.left, x.right");
     command.add_option("--wall-size", arguments.wallSize, "of the wall in metres, WxH; with the field of view it gives the distance");
-    command.add_option("--eye-separation", arguments.eyeSeparation, "metres between the eyes")->capture_default_str();
+    command.add_option("--eye-separation", arguments.eyeSeparation, "metres between the eyes (default: 0.065)");
     command.add_option("--shadow", arguments.shadow, "shadow mode; auto: what umbriel trade stored for the scene, else none")
         ->capture_default_str();
     command.add_option("--frame-budget", arguments.frameBudget,
@@ -359,6 +375,7 @@ int main(int argc, char** argv) {
     importChildCommand->group("");
     importChildCommand->add_option("ARGUMENTS", importChild.arguments);
 
+    requireWholeNumbers(app);
     if (const int code = parse(app, argc, argv); code >= 0) return code;
 
     const auto setLogLevel = [](const std::string& level) {

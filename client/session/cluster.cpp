@@ -14,6 +14,7 @@
 #include "client/session/incident_log.h"
 #include "client/session/server_process.h"
 #include "client/session/state_difference.h"
+#include "common/base/host_port.h"
 #include "common/base/log.h"
 #include "common/net/asio_pump.h"
 #include "common/protocol/cluster_client.h"
@@ -90,7 +91,7 @@ class ConnectedCluster final : public Cluster {
             const auto port = _pump.listen(options.listenHost, options.listenPort);
             if (!port) return port.error();
             // Nothing happens before they are started: that is worth more than an info.
-            log::warning(fmt::format("waiting for servers at {}:{}", options.listenHost, *port));
+            log::warning("waiting for servers at " + hostPortText(options.listenHost, *port));
         }
         _network = std::thread([this] { _pump.run(); });
         if (auto done = request([] {}, "connecting"); !done) return done;
@@ -270,7 +271,7 @@ class ConnectedCluster final : public Cluster {
         for (const protocol::RemoteServer& server : options.servers)
             addresses.push_back(!server.name.empty()  ? server.name
                                 : server.host.empty() ? fmt::format("server {}", addresses.size() + 1)
-                                                      : fmt::format("{}:{}", server.host, server.port));
+                                                      : hostPortText(server.host, server.port));
         return addresses;
     }
 

@@ -23,7 +23,8 @@ constexpr double kWidestFilter = 1e6;
 constexpr double kMostSamples = 64.0;
 
 Json toJson(const StoredTrade::Point& point) {
-    Json json = {{"technique", point.setting.technique}, {"map_size", point.setting.mapSize}};
+    Json json = {{"technique", point.setting.technique}, {"map_size", nullptr}};
+    if (point.setting.hasMap) json["map_size"] = point.setting.mapSize;
     if (point.setting.filter) json["filter"] = *point.setting.filter;
     if (point.setting.samples) json["samples"] = *point.setting.samples;
     if (!point.setting.fields.empty()) {
@@ -40,7 +41,7 @@ Json toJson(const StoredTrade::Point& point) {
 // Numbers of another sign or size would wrap around. Empty when all are possible. Throws what nlohmann throws.
 std::string impossible(const Json& point) {
     const auto within = [&](const char* key, double lowest, double highest) -> std::string {
-        if (!point.contains(key)) return {};
+        if (!point.contains(key) || point[key].is_null()) return {};
         const double value = point[key].get<double>();
         if (value >= lowest && value <= highest) return {};
         return fmt::format("a {} of {} is not between {} and {}", key, value, lowest, highest);
@@ -55,7 +56,8 @@ std::string impossible(const Json& point) {
 StoredTrade::Point pointOf(const Json& json) {
     StoredTrade::Point point;
     point.setting.technique = json.at("technique").get<std::string>();
-    point.setting.mapSize = json.at("map_size").get<std::uint32_t>();
+    point.setting.hasMap = !json.at("map_size").is_null();
+    if (point.setting.hasMap) point.setting.mapSize = json["map_size"].get<std::uint32_t>();
     if (json.contains("filter")) point.setting.filter = json["filter"].get<double>();
     if (json.contains("samples")) point.setting.samples = json["samples"].get<int>();
     if (json.contains("fields"))

@@ -24,7 +24,7 @@ Json maybe(const std::optional<T>& value) {
 Json rowJson(const TradeRow& row) {
     const TradeErrors& e = row.errors;
     Json json = {{"technique", row.setting.technique},
-                 {"map_size", row.setting.mapSize},
+                 {"map_size", row.setting.hasMap ? Json(row.setting.mapSize) : Json(nullptr)},
                  {"filter", maybe(row.setting.filter ? row.setting.filter : row.filterWidth)},
                  {"samples", maybe(row.setting.samples ? row.setting.samples : row.filterSamples)},
                  {"error", e.error.error()},

@@ -7,7 +7,8 @@
 namespace umbriel {
 
 std::string labelOf(const TradeSetting& setting) {
-    std::string label = fmt::format("{} {}", setting.technique, setting.mapSize);
+    std::string label = setting.technique;
+    if (setting.hasMap) label += fmt::format(" {}", setting.mapSize);
     if (setting.filter) label += fmt::format(" w{:g}", *setting.filter);
     if (setting.samples) label += fmt::format(" n{}", *setting.samples);
     for (const auto& [field, value] : setting.fields) label += fmt::format(" {}={}", field, value);

@@ -20,8 +20,9 @@ struct TradeSetting {
     std::optional<double> filter;  // filterWidth; none: the module's own
     std::optional<int> samples;    // samplesPerRow
     std::vector<std::pair<std::string, std::string>> fields;  // further fields of the viewport
+    bool hasMap = true;                                       // false: mapSize says nothing, and is not shown
 };
-// "lisp 1024", "pcf 1024 w8 n6".
+// "lisp 1024", "pcf 1024 w8 n6", "zfail".
 std::string labelOf(const TradeSetting& setting);
 
 // What a frame of a setting costs.

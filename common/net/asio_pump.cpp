@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/host_port.h"
 #include "common/base/log.h"
 #include "common/net/socket_loop.h"
 
@@ -92,16 +93,22 @@ struct AsioPump::Implementation {
         error_code error;
         tcp::resolver resolver(context);
         const auto found = resolver.resolve(host, std::to_string(port), tcp::resolver::passive, error);
-        if (error) return badInput(fmt::format("cannot listen on {}:{}: {}", host, port, lowerFirst(error.message())));
+        if (error)
+            return badInput(
+                fmt::format("cannot listen on {}: {}", hostPortText(host, port), lowerFirst(error.message())));
         const tcp::endpoint where = found.begin()->endpoint();
-        if (!allowed(where)) return badInput(fmt::format("refusing to listen on {}:{}: {}", host, port, insecureRefusal(where)));
+        if (!allowed(where))
+            return badInput(
+                fmt::format("refusing to listen on {}: {}", hostPortText(host, port), insecureRefusal(where)));
         auto acceptor = std::make_unique<tcp::acceptor>(context);
         acceptor->open(where.protocol(), error);
         if (!error && where.address().is_loopback()) sendWithoutPauses(acceptor->native_handle());
         if (!error) acceptor->set_option(tcp::acceptor::reuse_address(true), error);
         if (!error) acceptor->bind(where, error);
         if (!error) acceptor->listen(boost::asio::socket_base::max_listen_connections, error);
-        if (error) return failure(fmt::format("cannot listen on {}:{}: {}", host, port, lowerFirst(error.message())));
+        if (error)
+            return failure(
+                fmt::format("cannot listen on {}: {}", hostPortText(host, port), lowerFirst(error.message())));
         const std::uint16_t bound = acceptor->local_endpoint(error).port();
         boost::asio::post(context, [this, &one = *acceptor] { accept(one); });
         acceptors.push_back(std::move(acceptor));

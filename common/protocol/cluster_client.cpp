@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/base/host_port.h"
 #include "common/protocol/handshake.h"
 
 namespace umbriel::protocol {
@@ -54,7 +55,7 @@ std::string ClusterClient::textOf(std::size_t index) const {
     if (name.empty()) name = server.knownName;
     if (name.empty() && server.remote.host.empty()) return fmt::format("server {} of {}", index + 1, _servers.size());
     std::string text = name.empty() ? "server" : fmt::format("server '{}'", name);
-    if (!server.remote.host.empty()) text += fmt::format(" at {}:{}", server.remote.host, server.remote.port);
+    if (!server.remote.host.empty()) text += " at " + hostPortText(server.remote.host, server.remote.port);
     return text;
 }
 
@@ -202,7 +203,10 @@ void ClusterClient::linkClosed(ConnectionId connection, Peer& peer, const std::s
             _servers[server].session = {};
         return dialFailed(tagOf({server, bulk}), failure("it closes the connection before it says hello"), now);
     }
-    lose(server, remote.host.empty() ? reason : fmt::format("{} (at {}:{})", reason, remote.host, remote.port), now);
+    const std::string where = remote.host.empty() ? "" : hostPortText(remote.host, remote.port);
+    // Without a hello the reason names the address already.
+    const bool isNamed = where.empty() || reason.find(where) != std::string::npos;
+    lose(server, isNamed ? reason : fmt::format("{} (at {})", reason, where), now);
 }
 
 void ClusterClient::lose(std::size_t index, const std::string& reason, TimePoint now) {

@@ -272,6 +272,7 @@ bool Link::isBulk() const {
 }
 
 std::string Link::peerText() const {
+    if (!_peerHello && !_address.empty()) return _address + " (which did not say hello)";
     if (!_peerHello) return "a peer that did not say hello";
     return fmt::format("{} '{}'", _peerHello->role == wire::Role::Client ? "client" : "server", _peerHello->name);
 }

@@ -103,7 +103,9 @@ class Link {
     bool isBulk() const;
     const std::optional<wire::Hello>& peerHello() const { return _peerHello; }
     const wire::Hello& ownHello() const { return _mine; }
-    // "server 'left'" or "an unknown peer".
+    // HOST:PORT that was dialled: names the peer until it has said hello.
+    void setAddress(std::string address) { _address = std::move(address); }
+    // "server 'left'", "left:7420 (which did not say hello)" or "a peer that did not say hello".
     std::string peerText() const;
     SendQueue& output() { return _output; }
     const SendQueue& output() const { return _output; }
@@ -132,6 +134,7 @@ class Link {
 
     LinkOptions _options;
     wire::Hello _mine;
+    std::string _address;
     std::optional<wire::Hello> _peerHello;
     SendQueue _output;
     std::deque<wire::Heartbeat::Swap> _swaps;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/base/host_port.h"
+
 namespace umbriel::protocol {
 
 void LinkedEndpoint::received(ConnectionId connection, std::span<const std::byte> bytes, TimePoint now) {
@@ -58,6 +60,7 @@ SendQueue* LinkedEndpoint::output(ConnectionId connection) {
 void LinkedEndpoint::adopt(ConnectionId connection, const LinkOptions& options, wire::Hello mine, std::uint64_t tag,
                            TimePoint now) {
     Link& link = _peers.try_emplace(connection, options, std::move(mine), tag, now).first->second.link;
+    if (const auto dialled = _dialled.find(tag); dialled != _dialled.end()) link.setAddress(dialled->second);
     link.output().listIn(_outputs, connection);
     _linkDeadline = std::min(_linkDeadline, link.deadline());
 }
@@ -92,6 +95,7 @@ void LinkedEndpoint::dropAll(const std::string& reason) {
 }
 
 void LinkedEndpoint::dial(std::uint64_t tag, const std::string& host, std::uint16_t port) {
+    _dialled[tag] = hostPortText(host, port);
     _actions.push_back({Action::Kind::Dial, 0, tag, host, port});
 }
 

@@ -76,6 +76,7 @@ class LinkedEndpoint : public Endpoint {
     void drain(ConnectionId connection, Peer& peer, TimePoint now);
 
     std::map<ConnectionId, Peer> _peers;
+    std::map<std::uint64_t, std::string> _dialled;  // by tag, the last: HOST:PORT
     std::deque<Action> _actions;
     std::deque<ConnectionId> _outputs;
     TimePoint _linkDeadline = TimePoint::max();

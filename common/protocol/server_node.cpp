@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/base/host_port.h"
 #include "common/protocol/handshake.h"
 #include "common/wire/view_codec.h"
 
@@ -45,8 +46,8 @@ void ServerNode::dialFailed(std::uint64_t dialTag, const Error& reason, TimePoin
     if (dialTag == kDialBulk)
         return endSession(fmt::format("the bulk connection cannot be opened: {}", reason.message));
     _dialling = false;
-    unreachable({reason.kind, fmt::format("the client at {}:{} cannot be reached: {}", _options.dialHost,
-                                          _options.dialPort, reason.message)},
+    unreachable({reason.kind, fmt::format("the client at {} cannot be reached: {}",
+                                          hostPortText(_options.dialHost, _options.dialPort), reason.message)},
                 now);
 }
 

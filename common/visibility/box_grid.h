@@ -43,6 +43,16 @@ class BoxGrid {
         }
     }
 
+    // How many boxes eachOverlap() looks at when it is called with each of the boxes.
+    std::uint64_t visits() const {
+        std::uint64_t sum = 0;
+        for (std::size_t cell = 0; cell + 1 < _begin.size(); ++cell) {
+            const std::uint64_t count = _begin[cell + 1] - _begin[cell];
+            sum += count * count;
+        }
+        return sum;
+    }
+
  private:
     std::vector<Box> _boxes;
     glm::dvec3 _low{0.0};

@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <limits>
 #include <set>
 
 #include "common/base/assert.h"
 #include "common/trace/double_hit.h"
 #include "common/visibility/box_grid.h"
+#include "common/visibility/face_piercings.h"
 #include "common/visibility/mesh_topology.h"
 
 namespace umbriel::visibility {
@@ -26,21 +25,13 @@ struct Counter {
     }
 };
 
+// Two triangles, wound to different sides. Other edges are open or shared by more.
+bool isInconsistent(const MeshTopology& topology, const MeshTopology::Edge& e) {
+    return e.end - e.begin == 2 && topology.uses[e.begin].forward == topology.uses[e.begin + 1].forward;
+}
+
 std::string describe(const glm::vec3& p) {
     return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z);
-}
-
-// Six times the volume of the tetrahedron.
-double volume(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec3& d) {
-    return glm::dot(b - a, glm::cross(c - a, d - a));
-}
-
-// The open segment p q goes through the inside of the triangle. Touching does not count.
-bool crosses(const glm::dvec3& p, const glm::dvec3& q, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
-    const double sp = volume(a, b, c, p), sq = volume(a, b, c, q);
-    if (!(sp * sq < 0.0)) return false;
-    const double u = volume(p, q, a, b), v = volume(p, q, b, c), w = volume(p, q, c, a);
-    return (u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0);
 }
 
 class Checker {
@@ -76,7 +67,7 @@ class Checker {
                 _isOpen.insert(_topology.component[first.triangle]);
             } else if (uses > 2) {
                 many.add(where() + fmt::format(" and {} more", uses - 1));
-            } else if (first.forward == _topology.uses[e.begin + 1].forward) {
+            } else if (isInconsistent(_topology, e)) {
                 winding.add(fmt::format("triangles {} and {}", first.triangle, _topology.uses[e.begin + 1].triangle));
             }
         }
@@ -110,40 +101,11 @@ class Checker {
         return {glm::min(glm::min(at(c.x), at(c.y)), at(c.z)), glm::max(glm::max(at(c.x), at(c.y)), at(c.z))};
     }
 
-    // Edges of one that pass through the other, leaving out what they share.
-    bool pierces(std::uint32_t s, std::uint32_t t) const {
-        const glm::uvec3& a = _topology.triangles[s];
-        const glm::uvec3& b = _topology.triangles[t];
-        const auto has = [&](std::uint32_t corner) { return corner == b.x || corner == b.y || corner == b.z; };
-        for (int k = 0; k < 3; ++k) {
-            const std::uint32_t from = a[k], to = a[(k + 1) % 3];
-            if (!has(from) && !has(to) && crosses(at(from), at(to), at(b.x), at(b.y), at(b.z))) return true;
-        }
-        return false;
-    }
-
     MeshFinding intersections() const {
         Counter found{{"intersecting-faces", "one part of a triangle is inside, colours bleed across the cut", 0, {}}};
-        std::vector<Box> boxes;
-        std::vector<std::uint32_t> triangle;
-        for (std::uint32_t t = 0; t < _topology.triangles.size(); ++t) {
-            if (_topology.degenerate[t]) continue;
-            boxes.push_back(boxOf(t));
-            triangle.push_back(t);
-        }
-        const BoxGrid grid(boxes);
-        std::vector<std::uint32_t> candidates;
-        for (std::uint32_t i = 0; i < boxes.size(); ++i) {
-            candidates.clear();
-            grid.eachOverlap(boxes[i], [&](std::uint32_t j) {
-                if (j > i) candidates.push_back(j);
-            });
-            std::ranges::sort(candidates);
-            for (const std::uint32_t j : candidates) {
-                const std::uint32_t s = triangle[i], t = triangle[j];
-                if (pierces(s, t) || pierces(t, s)) found.add(fmt::format("triangles {} and {}", s, t));
-            }
-        }
+        const FacePiercings piercings = facePiercings(_mesh.positions, _topology, kExamples);
+        for (const auto& [s, t] : piercings.examples) found.add(fmt::format("triangles {} and {}", s, t));
+        found.finding.count = piercings.count;
         return found.finding;
     }
 
@@ -289,6 +251,13 @@ Result<MeshReport> checkMesh(const Mesh& mesh, const MeshCheckOptions& options) 
             fmt::format("vertex {} at {}", bad[i], describe(mesh.positions[bad[i]])));
     }
     return report;
+}
+
+std::uint64_t inconsistentEdges(const Mesh& mesh) {
+    if (!checkIndices(mesh) || !nonFinite(mesh).empty()) return 0;
+    const MeshTopology topo = topology(mesh);
+    return static_cast<std::uint64_t>(
+        std::ranges::count_if(topo.edges, [&](const MeshTopology::Edge& e) { return isInconsistent(topo, e); }));
 }
 
 std::string toText(const MeshReport& report) {

@@ -40,6 +40,9 @@ struct MeshCheckOptions {
 
 // Bad input: no triangles, indices out of range. Coordinates that are not finite are counted, and nothing else then.
 Result<MeshReport> checkMesh(const Mesh& mesh, const MeshCheckOptions& options = {});
+// How many edges two triangles share that are wound to different sides: "inconsistent-winding" of the report, alone. 0
+// for a mesh that checkMesh() says little about.
+std::uint64_t inconsistentEdges(const Mesh& mesh);
 // A line for each condition, with its examples.
 std::string toText(const MeshReport& report);
 

@@ -6,13 +6,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
 #include <fstream>
 #include <optional>
 #include <string>
 #include <thread>
 
+#include "common/base/host_port.h"
 #include "common/base/log.h"
 #include "common/scene/core_types.h"
 #include "server/bake/visibility_jobs.h"
@@ -44,23 +44,11 @@ int report(const Error& error) {
     return error.kind == Error::Kind::BadInput ? kExitBadInput : kExitFailure;
 }
 
-struct Address {
-    std::string host;
-    std::uint16_t port = 0;
-};
-
-// HOST:PORT, [IPV6]:PORT; port 0 only where a free one will do.
-Result<Address> parseAddress(const std::string& option, const std::string& text, bool mayBeZero) {
-    const auto colon = text.rfind(':');
-    const std::string reason = fmt::format("{} '{}': expected HOST:PORT, for example 127.0.0.1:7420", option, text);
-    if (colon == std::string::npos || colon == 0) return badInput(reason);
-    Address address{text.substr(0, colon), 0};
-    if (address.host.size() > 2 && address.host.front() == '[' && address.host.back() == ']')
-        address.host = address.host.substr(1, address.host.size() - 2);
-    const char* end = text.data() + text.size();
-    const auto [rest, error] = std::from_chars(text.data() + colon + 1, end, address.port);
-    if (error != std::errc() || rest != end || (address.port == 0 && !mayBeZero)) return badInput(reason);
-    return address;
+Result<HostPort> parseAddress(const std::string& option, const std::string& text, bool mayBeZero) {
+    const auto address = parseHostPort(text, mayBeZero);
+    if (address) return *address;
+    return badInput(
+        fmt::format("{} '{}': expected HOST:PORT, for example 127.0.0.1:7420 or [::1]:7420", option, text));
 }
 
 // The processor's class decides about last bits in software rendering.
@@ -194,7 +182,7 @@ int main(int argc, char** argv) {
         dieWithParent(reportDescriptor);
     }
     options.listening = [reportDescriptor, host = options.listenHost](std::uint16_t port) {
-        log::info(fmt::format("listening on {}:{}", host, port));
+        log::info(fmt::format("listening on {}", hostPortText(host, port)));
         if (reportDescriptor < 0) return;
         const std::string text = fmt::format("{}\n", port);
         if (::write(reportDescriptor, text.data(), text.size()) < 0) log::warning("the port could not be reported");

@@ -48,6 +48,25 @@ TEST(Check, ABoxIsClosedAndSound) {
     }
 }
 
+TEST(Bake, InconsistentWindingIsOneWarning) {
+    TemporaryFolder folder;
+    writeFile(folder / "box.obj", boxObj());
+    std::string turned = boxObj();
+    turned.replace(turned.find("f 1 4 3 2"), 9, "f 1 2 3 4");
+    writeFile(folder / "turned.obj", turned);
+    const auto bakeOf = [&](const std::string& mesh) {
+        return run("umbriel", {"bake", folder / mesh, "--mapping", "hemisphere", "--size", "8", "--out", folder / "maps.umvis"});
+    };
+    const Outcome sound = bakeOf("box.obj");
+    EXPECT_EQ(sound.exitCode, 0) << sound.err;
+    EXPECT_EQ(sound.err.find("wound"), std::string::npos) << sound.err;
+    const Outcome outcome = bakeOf("turned.obj");
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    const std::size_t at = outcome.err.find("turned.obj: triangles at 4 edges are wound to different sides");
+    ASSERT_NE(at, std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find("wound", at + 60), std::string::npos) << outcome.err;
+}
+
 // What an importer for drawing would hide: it drops unused vertices and splits used ones.
 TEST(Check, AnObjFileIsSeenAsItIsWritten) {
     TemporaryFolder folder;

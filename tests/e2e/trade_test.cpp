@@ -31,6 +31,7 @@ TEST(Trade, MapsOfMoreTexelsHaveLessErrorAndAllRowsAreThere) {
     ASSERT_EQ(result["rows"].size(), 3u);
     double none = 0.0, coarse = 0.0, fine = 0.0;
     for (const json& row : result["rows"]) {
+        EXPECT_EQ(row["map_size"].is_null(), row["technique"] == "none");
         if (row["technique"] == "none")
             none = row["error"];
         else

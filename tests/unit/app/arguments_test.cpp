@@ -64,14 +64,16 @@ TEST(Arguments, ServersMayBeNamedAndIPv6) {
     EXPECT_EQ((*servers)[0].host, "render1");
     EXPECT_EQ((*servers)[0].port, 7420);
     EXPECT_EQ((*servers)[1].host, "::1");
-    for (const char* bad : {"", "host", "host:", ":7420", "host:0", "host:65536", "=host:1", "a:1,,b:2"})
+    for (const char* bad : {"", "host", "host:", ":7420", "host:0", "host:65536", "=host:1", "a:1,,b:2", "::1:7421"})
         EXPECT_FALSE(parseServers(bad)) << bad;
 }
 
 // The same server twice would draw against itself; the handshake alone would say so in terms of epochs.
 TEST(Arguments, NoServerIsThereTwice) {
-    for (const auto& [bad, which] :
-         {std::pair{"a:1,b:2,a:1", "a:1"}, {"left=a:1,left=b:2", "left"}, {"left=a:1,right=a:1", "right"}}) {
+    for (const auto& [bad, which] : {std::pair{"a:1,b:2,a:1", "a:1"},
+                                     {"left=a:1,left=b:2", "left"},
+                                     {"left=a:1,right=a:1", "right"},
+                                     {"[::1]:5,[::1]:5", "[::1]:5"}}) {
         const auto servers = parseServers(bad);
         ASSERT_FALSE(servers) << bad;
         EXPECT_EQ(servers.error().kind, Error::Kind::BadInput);

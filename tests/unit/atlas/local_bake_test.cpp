@@ -197,6 +197,25 @@ TEST_F(LocalBake, LedgerOfAnotherMeshOrOtherSettingsIsRefused) {
     EXPECT_NE(refused.error().message.find("its size is \"8\", now it is \"10\""), std::string::npos)
         << refused.error().message;
     settings.mapping.size = 8;
+    const auto expectReason = [&](const BakeSettings& other, const std::string& reason) {
+        const BakeSettings before = std::exchange(settings, other);
+        refused = bake("maps.umvis", {.resume = true});
+        settings = before;
+        ASSERT_FALSE(refused);
+        EXPECT_NE(refused.error().message.find(reason), std::string::npos) << refused.error().message;
+    };
+    BakeSettings other = settings;
+    other.maker = MapMaker::Grid;
+    expectReason(other, "its maker is \"rays\", now it is \"grid\"");
+    other = settings;
+    other.guard = trace::Guard::FastFan;
+    expectReason(other, "its guard is \"exact\", now it is \"fast-fan\"");
+    other = settings;
+    other.farShare = 0.05;
+    expectReason(other, "its far limit is \"none\", now it is \"5 %\"");
+    other = settings;
+    other.contents |= static_cast<std::uint32_t>(MapContent::Distance);
+    expectReason(other, "its contents is \"masks\", now it is \"masks, distances\"");
     mesh = *prepare(visibility::test::cloth(100, 79));
     refused = bake("maps.umvis", {.resume = true});
     ASSERT_FALSE(refused);

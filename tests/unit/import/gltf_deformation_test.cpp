@@ -69,6 +69,19 @@ TEST(GltfDeformation, JointsBeyondTheSkinAreRefusedUnlessTheyWeighNothing) {
         << load(broken).error();
 }
 
+TEST(GltfDeformation, JointsWhoseWaysUpTogetherAreTooLongAreRefused) {
+    SkinnedMaker maker;
+    maker.build();
+    // With the scene's own node the hip has 2 nodes on its way, the knee 3.
+    ImportLimits limits;
+    limits.stepsUp = 5;
+    EXPECT_TRUE(load(maker, limits).file) << load(maker, limits).error();
+    limits.stepsUp = 4;
+    EXPECT_NE(load(maker, limits).error().find("skins[0].joints[1]: joints, lights and cameras lie too deep"),
+              std::string::npos)
+        << load(maker, limits).error();
+}
+
 TEST(GltfDeformation, BadWeightsAreRepairedWithAWarning) {
     SkinnedMaker maker;
     maker.weights = {-1, 1, 0, 0, 2, 2, 0, 0, 0, 0, 0, 0};

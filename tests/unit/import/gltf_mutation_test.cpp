@@ -60,7 +60,7 @@ bool importsOrRefuses(const TempFolder& folder, const std::string& content) {
     limits.sceneBytes = 16 << 20;
     try {
         const Ref<LoadedScene> loaded = importGltf(file, scene, limits, warnings);
-        const auto valid = validateLoadedScene(scene, loaded, limits.depth * 2 + 3);
+        const auto valid = validateLoadedScene(scene, loaded, treeLimits(limits));
         RC_ASSERT(!valid.has_error());
         return true;
     } catch (const ImportRefused&) {

@@ -6,6 +6,7 @@
 #include "common/scene/cameras.h"
 #include "common/scene/lights.h"
 #include "common/scene/materials.h"
+#include "common/scene/traversal.h"
 #include "tests/unit/import/gltf_maker.h"
 
 namespace umbriel::test {
@@ -33,6 +34,29 @@ TEST(GltfNodes, TranslationKeepsDoublePrecision) {
     const Loaded loaded = load(maker);
     ASSERT_TRUE(loaded.file) << loaded.error();
     EXPECT_EQ(transformOf(loaded).translation.get(), glm::dvec3(1000000.0001, -2.5, 1e-9));
+}
+
+TEST(GltfNodes, AChainAsDeepAsTheLimitLoadsAndStandsWhereItsStepsLead) {
+    constexpr int kDepth = 100'000;
+    GltfMaker maker = triangle();
+    auto& nodes = maker.document["nodes"];
+    for (int i = 1; i <= kDepth; ++i) {
+        nodes.push_back({{"translation", {0.5, 0, 0}}});
+        nodes[static_cast<std::size_t>(i) - 1]["children"] = {i};
+    }
+    nodes[kDepth]["mesh"] = nodes[0]["mesh"];
+    nodes[0].erase("mesh");
+    const Loaded loaded = load(maker);
+    ASSERT_TRUE(loaded.file) << loaded.error();
+    int drawn = 0;
+    traverse(*loaded.scene, loaded.root().root, std::nullopt, [&](const VisitedNode& visited) {
+        if (visited.core && isA<Geometry>(*visited.core)) {
+            ++drawn;
+            EXPECT_EQ(visited.worldFromNode.translation, glm::dvec3(0.5 * kDepth, 0, 0));
+        }
+        return Descend::Yes;
+    });
+    EXPECT_EQ(drawn, 1);
 }
 
 TEST(GltfNodes, RotationAndScaleAreTheirProduct) {

@@ -20,6 +20,8 @@
 namespace umbriel {
 namespace {
 
+constexpr TreeLimits kLimits{10, 60};
+
 // A scene with one of everything an importer builds.
 struct Everything {
     TypeRegistry types;
@@ -81,7 +83,7 @@ struct Everything {
 
 TEST(Validate, WhatAnImporterBuildsPasses) {
     const Everything whole;
-    const auto valid = validateLoadedScene(*whole.scene, whole.loaded, 10);
+    const auto valid = validateLoadedScene(*whole.scene, whole.loaded, kLimits);
     EXPECT_TRUE(valid) << valid.error().message;
 }
 
@@ -133,6 +135,15 @@ const std::vector<Corruption> kCorruptions = {
          }
      },
      "too deep"},
+    {"JointsTooDeep",
+     [](Everything& e) {
+         // 2 steps for each of them.
+         const Ref<Skin> skin = e.scene->create<Skin>();
+         e.scene->edit(skin)
+             .assign<&Skin::joints>(std::vector<Ref<Node>>(40, e.child))
+             .assign<&Skin::inverseBinds>(std::vector<glm::mat4>(40, glm::mat4(1.0f)));
+     },
+     "lies too deep"},
     {"ChildIsNoNode", [](Everything& e) { e.scene->edit(e.root).append<&Node::children>(Ref<Node>(e.material.id)); },
      "not fit"},
     {"ChildIsNothing", [](Everything& e) { e.scene->edit(e.root).append<&Node::children>(Ref<Node>()); },
@@ -166,7 +177,7 @@ class Corrupted : public testing::TestWithParam<Corruption> {};
 TEST_P(Corrupted, IsRefused) {
     Everything whole;
     GetParam().apply(whole);
-    const auto valid = validateLoadedScene(*whole.scene, whole.loaded, 10);
+    const auto valid = validateLoadedScene(*whole.scene, whole.loaded, kLimits);
     ASSERT_FALSE(valid);
     EXPECT_NE(valid.error().message.find(GetParam().reason), std::string::npos) << valid.error().message;
 }
@@ -254,7 +265,7 @@ RC_GTEST_PROP(Answer, DamagedBytesAreRefusedOrGiveAValidScene, ()) {
     const Received received(answer);
     // Neither reader nor validation may break, which the sanitizers watch.
     if (received.end == AnswerReader::End::Done) {
-        const auto valid = validateLoadedScene(*received.scene, received.loaded, 10);
+        const auto valid = validateLoadedScene(*received.scene, received.loaded, kLimits);
         const Geometry* geometry = received.scene->find(whole.geometry);
         for (std::size_t i = 0; valid && geometry && i < geometry->indices.size(); ++i)
             RC_ASSERT(geometry->indices[i] < geometry->positions.size());

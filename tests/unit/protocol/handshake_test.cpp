@@ -296,6 +296,40 @@ TEST_F(DialledClient, SilentStrangersKeepNoServerOut) {
     EXPECT_TRUE(draws());
 }
 
+// Takes calls and says nothing.
+class Mute final : public protocol::Endpoint {
+ public:
+    void opened(protocol::ConnectionId, std::uint64_t, TimePoint) override {}
+    void dialFailed(std::uint64_t, const Error&, TimePoint) override {}
+    void received(protocol::ConnectionId, std::span<const std::byte>, TimePoint) override {}
+    void written(protocol::ConnectionId, TimePoint) override {}
+    void closed(protocol::ConnectionId, const std::string&, TimePoint) override {}
+    void advance(TimePoint) override {}
+    TimePoint deadline() const override { return TimePoint::max(); }
+    std::optional<protocol::Action> nextAction() override { return std::nullopt; }
+    protocol::SendQueue* output(protocol::ConnectionId) override { return nullptr; }
+    std::optional<protocol::ConnectionId> nextOutput() override { return std::nullopt; }
+};
+
+TEST_F(Handshake, WhoSaysNoHelloIsNamedByTheAddressThatWasDialled) {
+    Mute mute;
+    network.listen(mute, "desk", 7421);
+    auto dialling = VirtualServer::options("one", types);
+    dialling.dialHost = "desk";
+    dialling.dialPort = 7421;
+    const VirtualServer one(dialling, types, network);
+    network.run(6s);
+    ASSERT_FALSE(one.unreachable.empty());
+    EXPECT_EQ(one.unreachable.front(),
+              "desk:7421 (which did not say hello) did not complete the handshake within 5.0 s");
+
+    network.listen(mute, "::1", 7420);
+    auto options = VirtualClient::options("desk", types, {"::1"});
+    options.connectTimeout = 20s;
+    EXPECT_EQ(connectError(options),
+              "[::1]:7420 (which did not say hello) did not complete the handshake within 5.0 s");
+}
+
 TEST_F(Handshake, BytesThatDripDoNotPutTheHandshakesEndOff) {
     auto stranger = network.dial("left", 7420);
     const wire::Bytes bytes = framed(hello(), 0, 0);

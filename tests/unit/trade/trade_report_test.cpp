@@ -50,6 +50,21 @@ TEST(TradeReport, JsonHasTheRowsOfTheContract) {
     EXPECT_DOUBLE_EQ(json["rows"][1]["error"].get<double>(), 0.06);
 }
 
+TEST(TradeReport, TechniquesWithoutMapsHaveNoMapSize) {
+    TradeResult result = example();
+    result.rows.resize(1);
+    result.rows[0].setting = {"zfail", 512, {}, {}, {}, false};
+    const auto json = nlohmann::json::parse(tradeJson(result));
+    EXPECT_TRUE(json["rows"][0]["map_size"].is_null());
+    const std::string csv = tradeCsv({&result, 1});
+    EXPECT_EQ(csv.find("512"), std::string::npos) << csv;
+    EXPECT_NE(csv.find("zfail,,"), std::string::npos) << csv;
+    const auto html = tradeHtml({&result, 1});
+    ASSERT_TRUE(html);
+    EXPECT_NE(html->find("zfail"), std::string::npos);
+    EXPECT_EQ(html->find("zfail 512"), std::string::npos);
+}
+
 TEST(TradeReport, CsvHasAsManyFieldsInEveryLine) {
     std::istringstream lines(tradeCsv(std::vector{example()}));
     std::string line;
@@ -93,7 +108,9 @@ class StoredTradeFile : public testing::Test {
 };
 
 TEST_F(StoredTradeFile, ComesBackAsItWas) {
-    const StoredTrade stored = storedTrade(example(), 2);
+    TradeResult measured = example();
+    measured.rows[0].setting.hasMap = false;
+    const StoredTrade stored = storedTrade(measured, 2);
     ASSERT_EQ(stored.front.size(), 3u);
     const auto path = folder / "x.gltf.umtrade.json";
     ASSERT_TRUE(writeTrade(path, stored));
@@ -105,6 +122,7 @@ TEST_F(StoredTradeFile, ComesBackAsItWas) {
     ASSERT_EQ((*read)->front.size(), 3u);
     for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_EQ(labelOf((*read)->front[i].setting), labelOf(stored.front[i].setting));
+        EXPECT_EQ((*read)->front[i].setting.hasMap, stored.front[i].setting.hasMap);
         EXPECT_EQ((*read)->front[i].wallMilliseconds, stored.front[i].wallMilliseconds);
     }
 }

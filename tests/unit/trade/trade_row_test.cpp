@@ -56,6 +56,7 @@ TEST(Choice, IsTheCheapestWithinTheErrorOrTheBestWithinTheBudget) {
 
 TEST(Choice, LabelsNameEverythingThatIsSet) {
     EXPECT_EQ(labelOf({"std:scene", 1024, {}, {}, {}}), "std:scene 1024");
+    EXPECT_EQ(labelOf({"zfail", 512, {}, {}, {}, false}), "zfail");
     EXPECT_EQ(labelOf({"pcf", 512, 8.0, 6, {{"gauss", "4"}}}), "pcf 512 w8 n6 gauss=4");
 }
 

@@ -107,6 +107,8 @@ TEST(MeshCheck, WindingUnusedDegenerateAndManyAtOneEdge) {
     m.indices.insert(m.indices.end(), {0, 1, 1, 0, 1, 16});
     const auto report = checkMesh(m);
     EXPECT_EQ(report->finding("inconsistent-winding").count, 2u);  // its third edge is open or shared by three
+    EXPECT_EQ(inconsistentEdges(m), 2u);
+    EXPECT_EQ(inconsistentEdges(test::plate(3)), 0u);
     EXPECT_EQ(report->finding("degenerate-faces").count, 1u);
     EXPECT_EQ(report->finding("unused-vertices").count, 0u);
     m.positions.push_back({7, 7, 7});
