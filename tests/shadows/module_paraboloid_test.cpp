@@ -63,7 +63,9 @@ TEST_F(Paraboloid, ARodPastTheLampCastsAStraightBand) {
 
 // The lamp in the line of an edge, and in the plane of a face: no way between opposite directions, and no area.
 TEST_F(Paraboloid, ALampOnAnEdgeOrInAFaceLosesNothingElse) {
-    for (const glm::dvec3& at_ : {glm::dvec3(0, 0.5, 0), glm::dvec3(0.5, 0.5, 0.1), glm::dvec3(0, 0.5, 0.7)}) {
+    // The last two lie in upright faces, which the halves see as arcs and not as lines through their middles.
+    for (const glm::dvec3& at_ : {glm::dvec3(0, 0.5, 0), glm::dvec3(0.5, 0.5, 0.1), glm::dvec3(0, 0.5, 0.7),
+                                  glm::dvec3(-0.5, 0.45, 0), glm::dvec3(0, 0.45, -0.4)}) {
         SetUp();
         block({-10, -1, -10}, {10, 0, 10});
         block({-10, 0.4, -1}, {0, 0.5, 0});
