@@ -266,9 +266,16 @@ ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& li
             const double radius = 0.5 * sceneBounds.diagonal();
             const glm::dvec3 towards = sceneBounds.centre() - light.positionWorld;
             const double sine = radius / glm::length(towards);
-            if (request.mode == ShadowMode::DualParaboloid)
+            const bool isFar = sine < std::sin(kNarrowestAround);
+            const bool isAround = request.mode == ShadowMode::Cube || request.mode == ShadowMode::DualParaboloid;
+            if (isFar && isAround)
+                result.messages.push_back(fmt::format(
+                    "light {} is so far away that the scene fills {:.3g} degrees around it: it gets one map "
+                    "aimed at the scene instead of maps all around",
+                    nameOf(aspect, light), glm::degrees(2.0 * std::asin(sine))));
+            if (request.mode == ShadowMode::DualParaboloid && !isFar)
                 fits = fitHemispheres(light.positionWorld, range, sceneBounds, own);
-            else if (request.mode == ShadowMode::Cube || !(sine < std::sin(kWidestSingle)))
+            else if ((request.mode == ShadowMode::Cube && !isFar) || !(sine < std::sin(kWidestSingle)))
                 fits = fitCube(light.positionWorld, range, sceneBounds, own);
             else
                 // At least a hair wide, for a scene that is a single point.
