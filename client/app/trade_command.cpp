@@ -128,6 +128,12 @@ Result<TradeResult> sweep(const TradeArguments& arguments, const std::filesystem
     TradeResult result = (*bench)->describe();
     result.rows = std::move(*rows);
     for (const std::size_t i : paretoFront(result.rows)) result.rows[i].onFront = true;
+    for (const TradeRow& row : result.rows)
+        if (row.errors.errorEverywhere)
+            result.notes.push_back(
+                fmt::format("{} is judged on its plane; over all judged pixels {:.3f} % are wrong, "
+                            "which is what the front and a choice go by",
+                            labelOf(row.setting), 100.0 * *row.errors.errorEverywhere));
     if (result.judgedShare < 0.8)
         result.notes.push_back(
             fmt::format("{:.1f} % of the covered pixels are judged: the others face away from the light, lie on "
@@ -194,7 +200,7 @@ int runTrade(const TradeArguments& arguments, const std::filesystem::path& serve
             TradeRow& row = result->rows[*chosen];
             row.chosen = true;
             result->notes.push_back(fmt::format("chosen: {}, {:.3f} % error, {:.1f} ms, {:.1f} ms of processors",
-                                                labelOf(row.setting), 100.0 * row.errors.error.error(),
+                                                labelOf(row.setting), 100.0 * comparedError(row),
                                                 row.cost.wallMilliseconds, row.cost.cpuMilliseconds));
         } else {
             result->notes.push_back("nothing that was measured stays within the error and the budget asked for");

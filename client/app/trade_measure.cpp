@@ -111,6 +111,7 @@ Result<void> TradeBench::measure(TradeRow& row) {
     }
 
     Stacked all;
+    Stacked everywhere;  // where only some of it is judged
     std::array<Stacked, 3> zones;
     std::array<std::vector<float>, 3> texelPixels;
     std::vector<float> texelMetres;
@@ -127,6 +128,8 @@ Result<void> TradeBench::measure(TradeRow& row) {
             const auto& judged = judgedIn[i].back();
             const int w = look.points.width, h = look.points.height;
             all.add(w, h, look.truth[light], result, judged);
+            if (!fits.empty() && isPlanar(fits.front().mode))
+                everywhere.add(w, h, look.truth[light], result, look.judged[light]);
             const TexelSizes texels = texelSizes(look.points, look.view, fits, judged);
             const auto zone = depthZones(look.points, judged);
             for (std::uint8_t z = 0; z < 3; ++z) {
@@ -158,6 +161,7 @@ Result<void> TradeBench::measure(TradeRow& row) {
     TradeErrors& errors = row.errors;
     errors.error = shadowError(all.factors());
     errors.edges = shadowEdges(all.factors());
+    if (!everywhere.truth.empty()) errors.errorEverywhere = shadowError(everywhere.factors()).error();
     errors.machBand = shadowMachBands(all.factors()).response.mean;
     errors.deltaE = shadowDeltaE(all.factors()).mean;
     errors.seamJump = seams.share();

@@ -131,8 +131,6 @@ ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std:
     ShadowFitRequest request;
     request.fit = viewport.shadowFit;
     request.mapSize = mapSize;
-    request.offFactor = viewport.offFactor;
-    request.offBias = viewport.offBias;
     request.mode = viewport.shadowMode;
     const auto replaced = [&](const char* field, auto given, auto used) {
         messages.push_back(fmt::format("shadows: {} of {} is not possible, {} is used", field, given, used));
@@ -141,6 +139,20 @@ ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std:
     const auto within = [&](const char* field, float given, float least, float most, float otherwise) {
         return given >= least && given <= most ? given : replaced(field, given, otherwise);
     };
+    // A bias of more texels than that is no bias: shadows are gone.
+    constexpr float kLargestBias = 256.0f;
+    const auto bias = [&](const char* field, float given) {
+        if (given <= kLargestBias) return std::max(given, -1.0f);
+        messages.push_back(fmt::format("shadows: {} of {} is not possible, the automatic one is used", field, given));
+        return -1.0f;
+    };
+    request.offFactor = bias("offFactor", viewport.offFactor);
+    request.offBias = bias("offBias", viewport.offBias);
+    const glm::vec3 colour = viewport.shadowColor;
+    if (colour != glm::clamp(colour, 0.0f, 1.0f))
+        messages.push_back(
+            "shadows: a shadowColor is between 0 (black, physical) and 1 (no shadow) in each channel; the nearest is "
+            "used");
     request.range = viewport.range;
     if (!(request.range > 0.0f && request.range < 0.8f)) {
         // At 0.8 and beyond the trapezoid is the uniform map; nothing and less is no range at all.
@@ -266,9 +278,16 @@ ShadowFits fitShadows(const Aspect& aspect, const std::vector<LightInEffect>& li
             const double radius = 0.5 * sceneBounds.diagonal();
             const glm::dvec3 towards = sceneBounds.centre() - light.positionWorld;
             const double sine = radius / glm::length(towards);
-            if (request.mode == ShadowMode::DualParaboloid)
+            const bool isFar = sine < std::sin(kNarrowestAround);
+            const bool isAround = request.mode == ShadowMode::Cube || request.mode == ShadowMode::DualParaboloid;
+            if (isFar && isAround)
+                result.messages.push_back(fmt::format(
+                    "light {} is so far away that the scene fills {:.3g} degrees around it: it gets one map "
+                    "aimed at the scene instead of maps all around",
+                    nameOf(aspect, light), glm::degrees(2.0 * std::asin(sine))));
+            if (request.mode == ShadowMode::DualParaboloid && !isFar)
                 fits = fitHemispheres(light.positionWorld, range, sceneBounds, own);
-            else if (request.mode == ShadowMode::Cube || !(sine < std::sin(kWidestSingle)))
+            else if ((request.mode == ShadowMode::Cube && !isFar) || !(sine < std::sin(kWidestSingle)))
                 fits = fitCube(light.positionWorld, range, sceneBounds, own);
             else
                 // At least a hair wide, for a scene that is a single point.

@@ -42,6 +42,10 @@ inline constexpr float kConstantBias = 0.1f;
 // inside it has six.
 inline constexpr double kWidestSingle = 1.0471975511965976;  // 60 degrees
 
+// One that sees it within this half angle has one map even where a mode asks for maps all around, with a message: of a
+// cube's face the scene would fill less than a third of the width, farther away not a texel.
+inline constexpr double kNarrowestAround = 0.2617993877991494;  // 15 degrees
+
 // Spot cones wider than this get a cube, with a message: tan(87.5 degrees) is 23, beyond it texels are wasted on the
 // rim.
 inline constexpr double kMaxShadowFov = 3.0543261909900767;  // 175 degrees

@@ -1,5 +1,6 @@
 #include "client/session/shadow_plane.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -33,7 +34,27 @@ bool isLit(const glm::dvec4& plane, const LightInEffect& light) {
     return glm::dot(glm::dvec3(plane), light.positionWorld) + plane.w > 0.0;
 }
 
+// How far the box reaches from its middle along a direction.
+double reachAlong(const Box3d& box, const glm::dvec3& normal) {
+    return glm::dot(glm::abs(normal), 0.5 * (box.upper - box.lower));
+}
+
 }  // namespace
+
+glm::dvec4 towardsLights(const glm::dvec4& planeWorld, const std::vector<LightInEffect>& lights) {
+    const auto isLitAs = [&](const glm::dvec4& plane) {
+        return std::any_of(lights.begin(), lights.end(),
+                           [&](const LightInEffect& light) { return light.castsShadow && isLit(plane, light); });
+    };
+    return isLitAs(-planeWorld) && !isLitAs(planeWorld) ? -planeWorld : planeWorld;
+}
+
+bool touches(const glm::dvec4& planeWorld, const Box3d& box) {
+    if (box.empty()) return false;
+    const glm::dvec3 normal(planeWorld);
+    return std::abs(glm::dot(normal, box.centre()) + planeWorld.w) <=
+           reachAlong(box, normal) + kBehind * box.diagonal();
+}
 
 std::optional<glm::dvec4> largestLitPlane(const Aspect& aspect, Ref<Node> root, const Box3d& sceneBounds,
                                           const std::vector<LightInEffect>& lights) {
@@ -79,8 +100,7 @@ std::optional<glm::dvec4> largestLitPlane(const Aspect& aspect, Ref<Node> root, 
         const glm::dvec3 normal = face.normal / length;
         const double fromCentre = face.offset / face.area;
         // How far the scene's box reaches behind the plane.
-        const glm::dvec3 half = 0.5 * (sceneBounds.upper - sceneBounds.lower);
-        if (glm::dot(glm::abs(normal), half) - fromCentre > kBehind * diagonal) continue;
+        if (reachAlong(sceneBounds, normal) - fromCentre > kBehind * diagonal) continue;
         const glm::dvec4 plane(normal, fromCentre - glm::dot(normal, centre));
         bool lit = false;
         for (const LightInEffect& light : lights) lit = lit || (light.castsShadow && isLit(plane, light));

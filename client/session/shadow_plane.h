@@ -14,4 +14,11 @@ namespace umbriel {
 std::optional<glm::dvec4> largestLitPlane(const Aspect& aspect, Ref<Node> root, const Box3d& sceneBounds,
                                           const std::vector<LightInEffect>& lights);
 
+// The plane with its normal on the side from which lights that cast shadows come, where all come from the same one: a
+// plane that somebody names has none. Else as it is.
+glm::dvec4 towardsLights(const glm::dvec4& planeWorld, const std::vector<LightInEffect>& lights);
+
+// Whether something of the box may lie on the plane (unit normal and offset, world), to a hundredth of its diagonal.
+bool touches(const glm::dvec4& planeWorld, const Box3d& box);
+
 }  // namespace umbriel

@@ -203,6 +203,14 @@ Result<ResolvedViews> resolveViews(const Aspect& aspect, Ref<Window> windowRef, 
         const std::uint32_t mapSize = resolveMapSize(viewport.mapSize, wall, kMaxMapSize, messages);
         ShadowFitRequest request = requestOf(viewport, mapSize, messages);
         const auto lights = lightsInEffect(aspect, viewport.root, facts.hierarchy, viewport.lightNodes.toVector());
+        if (isPlanar(request.mode) && request.planeWorld != glm::dvec4(0.0) && !facts.bounds.empty() &&
+            !touches(request.planeWorld, facts.bounds)) {
+            messages.push_back(
+                "shadows: the plane that planeNormal and planeOffset name misses the scene; the plane is found "
+                "instead");
+            request.planeWorld = glm::dvec4(0.0);
+        }
+        request.planeWorld = towardsLights(request.planeWorld, lights);
         if (isPlanar(request.mode) && request.planeWorld == glm::dvec4(0.0)) {
             const auto plane = largestLitPlane(aspect, viewport.root, facts.bounds, lights);
             request.planeWorld = plane.value_or(glm::dvec4(0.0));

@@ -123,8 +123,7 @@ Result<std::optional<StoredTrade>> readTrade(const fs::path& path) {
 
 StoredTrade storedTrade(const TradeResult& result, std::size_t chosen) {
     const auto point = [&](const TradeRow& row) {
-        return StoredTrade::Point{row.setting, row.errors.error.error(), row.cost.wallMilliseconds,
-                                  row.cost.cpuMilliseconds};
+        return StoredTrade::Point{row.setting, comparedError(row), row.cost.wallMilliseconds, row.cost.cpuMilliseconds};
     };
     StoredTrade trade;
     trade.scene = result.scene;

@@ -108,7 +108,7 @@ std::string frontSvg(const TradeResult& result) {
     for (const TradeRow& row : result.rows) {
         lowX = std::min(lowX, row.cost.cpuMilliseconds);
         highX = std::max(highX, row.cost.cpuMilliseconds);
-        const double error = std::max(kLeastError, row.errors.error.error());
+        const double error = std::max(kLeastError, comparedError(row));
         lowY = std::min(lowY, error);
         highY = std::max(highY, error);
     }
@@ -146,7 +146,7 @@ std::string frontSvg(const TradeResult& result) {
     std::string line;
     for (const std::size_t i : paretoFront(result.rows))
         line += fmt::format("{:.1f},{:.1f} ", x(result.rows[i].cost.cpuMilliseconds),
-                            y(std::max(kLeastError, result.rows[i].errors.error.error())));
+                            y(std::max(kLeastError, comparedError(result.rows[i]))));
     svg += fmt::format(
         "<polyline points=\"{}\" fill=\"none\" stroke=\"#444\" stroke-width=\"1.5\" stroke-dasharray=\"5 3\"/>\n",
         line);
@@ -163,13 +163,13 @@ std::string frontSvg(const TradeResult& result) {
                 escaped(row.setting.technique));
             legend += 20;
         }
-        const double px = x(row.cost.cpuMilliseconds), py = y(std::max(kLeastError, row.errors.error.error()));
+        const double px = x(row.cost.cpuMilliseconds), py = y(std::max(kLeastError, comparedError(row)));
         svg += fmt::format(
             "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\" fill=\"{}\" stroke=\"{}\" stroke-width=\"2\"><title>{}: "
             "{:.3f} %, "
             "{:.1f} ms</title></circle>\n",
             px, py, row.chosen ? 8 : 5, known->second, row.onFront ? "#222" : "none", escaped(labelOf(row.setting)),
-            100 * row.errors.error.error(), row.cost.cpuMilliseconds);
+            100 * comparedError(row), row.cost.cpuMilliseconds);
         if (row.onFront || row.chosen) {
             const double labelY = std::abs(py - 6 - labelled) < 13 ? py + 16 : py - 6;
             labelled = labelY;

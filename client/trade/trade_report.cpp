@@ -63,6 +63,7 @@ Json rowJson(const TradeRow& row) {
                  {"seam_jump", e.seamJump},
                  {"flicker", maybe(e.flicker)},
                  {"eye_mismatch", maybe(e.eyeMismatch)},
+                 {"error_everywhere", maybe(e.errorEverywhere)},
                  {"on_front", row.onFront},
                  {"chosen", row.chosen}};
     std::string fields;

@@ -15,11 +15,15 @@ std::string labelOf(const TradeSetting& setting) {
     return label;
 }
 
+double comparedError(const TradeRow& row) {
+    return row.errors.errorEverywhere.value_or(row.errors.error.error());
+}
+
 std::vector<std::size_t> paretoFront(const std::vector<TradeRow>& rows) {
     std::vector<std::size_t> order(rows.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     const auto cost = [&](std::size_t i) { return rows[i].cost.cpuMilliseconds; };
-    const auto error = [&](std::size_t i) { return rows[i].errors.error.error(); };
+    const auto error = [&](std::size_t i) { return comparedError(rows[i]); };
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
         if (cost(a) != cost(b)) return cost(a) < cost(b);
         if (error(a) != error(b)) return error(a) < error(b);
@@ -37,11 +41,11 @@ std::optional<std::size_t> choose(const std::vector<TradeRow>& rows, std::option
     const auto better = [&](const TradeRow& a, const TradeRow& b) {
         if (maxError && a.cost.cpuMilliseconds != b.cost.cpuMilliseconds)
             return a.cost.cpuMilliseconds < b.cost.cpuMilliseconds;
-        if (a.errors.error.error() != b.errors.error.error()) return a.errors.error.error() < b.errors.error.error();
+        if (comparedError(a) != comparedError(b)) return comparedError(a) < comparedError(b);
         return a.cost.cpuMilliseconds < b.cost.cpuMilliseconds;
     };
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        if (maxError && rows[i].errors.error.error() > *maxError) continue;
+        if (maxError && comparedError(rows[i]) > *maxError) continue;
         if (budgetMilliseconds && rows[i].cost.wallMilliseconds > *budgetMilliseconds) continue;
         if (!best || better(rows[i], rows[*best])) best = i;
     }

@@ -39,6 +39,8 @@ struct TradeCost {
 struct TradeErrors {
     ShadowError error;
     ShadowEdges edges;
+    // Of planar modes, judged on their plane alone: the error over all that other modes are judged by.
+    std::optional<double> errorEverywhere;
     // Leaks and acne that no texel of this map excuses (of a PCF filter: no texel of its width), as shares of the judged
     // pixels; none where there is no map, or truth is soft.
     std::optional<double> leakBeyondTexel;
@@ -85,6 +87,9 @@ struct TradeResult {
     std::vector<TradeRow> rows;
     std::vector<std::string> notes;
 };
+
+// What rows are compared by: over the same pixels, whatever they are judged by.
+double comparedError(const TradeRow& row);
 
 // Indices of rows that no other row beats: no more error and no more cost, and less of one. Ascending by processor
 // time.

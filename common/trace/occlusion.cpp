@@ -66,6 +66,12 @@ glm::dvec2 weightsAt(const std::array<glm::dvec3, 3>& t, const glm::dvec3& point
     return glm::clamp(glm::dvec2(d22 * d1 - d12 * d2, d11 * d2 - d12 * d1) / area, 0.0, 1.0);
 }
 
+// How far along the ray, whose direction is of unit length, it meets the triangle's plane.
+double planeDistance(const glm::dvec3& direction, const std::array<glm::dvec3, 3>& t, const glm::dvec3& origin) {
+    const glm::dvec3 normal = glm::cross(t[1] - t[0], t[2] - t[0]);
+    return glm::dot(normal, t[0] - origin) / glm::dot(normal, direction);
+}
+
 template <class Scene>
 void filter(const RTCFilterFunctionNArguments* arguments) {
     const auto& query = *reinterpret_cast<const Query*>(arguments->context);
@@ -86,7 +92,11 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
         if (isNear || endsNear) {
             const auto exact =
                 hitDistance(direction, corners[0] - query.origin, corners[1] - query.origin, corners[2] - query.origin);
-            if ((!exact && isNear) || (exact && (*exact <= scene.notSelf || *exact >= query.farDistances[lane]))) {
+            // What touches the ray's end, as the face in which a lamp lies, is not before it.
+            const double end = query.farDistances[lane] - scene.notSelf;
+            const bool isBefore = exact ? *exact > scene.notSelf && *exact < end
+                                        : !isNear && planeDistance(direction, corners, query.origin) < end;
+            if (!isBefore) {
                 arguments->valid[i] = 0;
                 continue;
             }

@@ -203,8 +203,11 @@ Result<void> DarknessPainter::paintVolumes(const Aspect& scene, const ViewScene&
         if (!volume) return volume.error();
         if ((*volume)->corners == 0) continue;
         // From infinity behind the surface towards it (z-fail): right wherever the eye is. From the eye towards the
-        // surface (z-pass): cheaper, as no caps are drawn, and right when the eye is in no volume.
-        const bool fromBehind = fit.mode == ShadowMode::VolumeZFail ||
+        // surface (z-pass): cheaper, as no caps are drawn, and right when the eye is in no volume and no way leads into
+        // one through the caster itself, as where its faces are not drawn from behind, or have holes.
+        const bool isSeenThrough = item.casterFeatures != 0 || (!has(item.material->features, Feature::DoubleSided) &&
+                                                                !(*volume)->shape->topology.isClosed);
+        const bool fromBehind = fit.mode == ShadowMode::VolumeZFail || isSeenThrough ||
                                 mayCoverEye(wholeView, item.geometry->box(), item.relativeFromObject, light);
         glDepthFunc(fromBehind ? GL_LEQUAL : GL_GREATER);
         (*program)->set(2, fromBehind ? glm::vec2(-1.0f, 1.0f) : glm::vec2(1.0f, -1.0f));

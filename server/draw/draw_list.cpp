@@ -9,7 +9,7 @@ void DrawList::addCluster(std::uint32_t item, const Cluster& cluster, std::uint3
     triangles += cluster.triangles;
     if (entries.empty() || entries.back().item != item)
         entries.push_back({item, static_cast<std::uint32_t>(commands.size()), 0, 0});
-    if (entries.back().count > 0 && isSolid == (entries.back().solid == entries.back().count)) {
+    if (joins && entries.back().count > 0 && isSolid == (entries.back().solid == entries.back().count)) {
         Command& last = commands.back();
         if (last.firstIndex + last.count == cluster.firstTriangle * 3) {
             last.count += cluster.triangles * 3;
@@ -153,6 +153,10 @@ DrawList listCasters(const ViewScene& scene, const CasterMask& mask, const Shado
     // A parallel light stands outside of everything, and no near plane cuts what it shines on.
     const bool isOutside = !fit.perspective && fit.shape == ShadowShape::Single;
     list.isMirrored = isOutside && isMapMirrored(fit);
+    // What is tessellated is drawn cluster by cluster: Mesa's software renderers number all vertices that a draw makes
+    // of its patches with 16 bits, and beyond 65536 triangles get corners of other patches. A patch divided into 64
+    // parts has 3169, so a cluster of 16 has at most 50704.
+    list.joins = fit.shape != ShadowShape::Hemisphere;
     for (std::uint32_t i = 0; i < scene.items.size(); ++i) {
         const SurfaceItem& item = scene.items[i];
         if (!item.castsShadow || !item.isAmong(fit.casters)) continue;

@@ -10,7 +10,7 @@
 
 namespace umbriel {
 
-// The draw commands of some items: which clusters of which item, neighbouring ones joined.
+// The draw commands of some items: which clusters of which item.
 struct DrawList {
     // As glMultiDrawElementsIndirect reads it.
     struct Command {
@@ -31,6 +31,7 @@ struct DrawList {
     std::uint64_t triangles = 0;
     std::size_t opaqueEntries = 0;  // entries of opaque items come first
     bool isMirrored = false;        // what they are drawn with turns windings round
+    bool joins = true;              // neighbouring clusters become one command
 
     // isSolid: it hides its own backs; of an item's clusters these come first.
     void addCluster(std::uint32_t item, const Cluster& cluster, std::uint32_t index, bool isSolid = false);

@@ -102,8 +102,8 @@ void TilePainter::bindView(const ViewPainting& painting) {
     const glm::dvec3 forward =
         -glm::dvec3(view.viewFromWorld[0][2], view.viewFromWorld[1][2], view.viewFromWorld[2][2]);
     block.forward = glm::vec4(glm::vec3(forward), view.orthographic ? 1.0f : 0.0f);
-    block.shadowColour =
-        glm::vec4(painting.scene.viewport ? painting.scene.viewport->shadowColor.get() : glm::vec3(0), 0);
+    block.shadowColour = glm::vec4(
+        painting.scene.viewport ? glm::clamp(painting.scene.viewport->shadowColor.get(), 0.0f, 1.0f) : glm::vec3(0), 0);
     block.region = glm::vec4(view.region.x, view.region.y, view.region.width, view.region.height);
     block.wallOrigin = glm::vec4(origin.x, origin.y, 0.0f, 0.0f);
     if (const Fog* fog = painting.scene.fog) {

@@ -14,9 +14,18 @@ float levelOf(vec3 a, vec3 b) {
     return clamp(ceil(angle * sqrt(hemisphere.w) * 0.79), 1.0, 64.0);
 }
 
+// A triangle whose plane the light lies on, to a float's rounding, is seen as a line and casts nothing. The parts of one
+// that surrounds the light would be a triangle of directions all around, which is most of the map.
+bool isSeenAsLine(vec3 a, vec3 b, vec3 c) {
+    return abs(dot(a, cross(b, c))) <= 2e-6 * length(a) * length(b) * length(c);
+}
+
 void main() {
     patchLight[gl_InvocationID] = positionLight[gl_InvocationID];
-    if (gl_InvocationID == 0) {
+    if (gl_InvocationID == 0 && isSeenAsLine(positionLight[0], positionLight[1], positionLight[2])) {
+        gl_TessLevelOuter[0] = gl_TessLevelOuter[1] = gl_TessLevelOuter[2] = 0.0;
+        gl_TessLevelInner[0] = 0.0;
+    } else if (gl_InvocationID == 0) {
         gl_TessLevelOuter[0] = levelOf(positionLight[1], positionLight[2]);
         gl_TessLevelOuter[1] = levelOf(positionLight[2], positionLight[0]);
         gl_TessLevelOuter[2] = levelOf(positionLight[0], positionLight[1]);

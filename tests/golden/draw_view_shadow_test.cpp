@@ -68,6 +68,26 @@ TEST_F(ViewShadowTest, AShadowLiesWhereGeometrySaysToAPixel) {
         }
 }
 
+// A plate that shows its back, which is not drawn: the eye looks through it into its shadow, and not past its edges.
+TEST_F(ViewShadowTest, ACasterThatIsNotSeenFromBehindShadowsWhatIsSeenThroughIt) {
+    for (const ShadowMode mode : kVolumes) {
+        SetUp();
+        const auto light = scene->create<DirectionalLight>();
+        const glm::vec3 travels(1, 0, -1);
+        const Ref<Node> below = lit(root, light, travels);
+        const auto oneSided = material({1, 1, 1, 1});
+        scene->edit(oneSided).set<&Material::doubleSided>(false);
+        node(below, geometry(gridMesh(8.0f, 8), oneSided));
+        const glm::mat3 turned(1, 0, 0, 0, -1, 0, 0, 0, -1);
+        node(placed(below, {-0.5, 0, 0.3}, turned), geometry(gridMesh(0.5f), oneSided));
+        View view = flatView(4.0, {400, 300});
+        view.fits = {fitOf(light.id, mode, travels)};
+        const auto images = drawWall(wallViews(view, TileMode::Exact, 1, kFactors));
+        ASSERT_EQ(images.size(), 2u);
+        EXPECT_EQ(wrongPixels(images[1], {-0.7, -0.5}, {0.3, 0.5}, -2.0), 0u) << static_cast<int>(mode);
+    }
+}
+
 // A lamp 4 m above the ground, a plate of 0.5 m at 2 m: its shadow is twice as large.
 TEST_F(ViewShadowTest, ALampsShadowGrowsWithTheDistance) {
     for (const ShadowMode mode : kHard) {

@@ -90,6 +90,20 @@ class ModuleTest : public DrawTest {
         lightNode = below;
         spotCone = cone;
         const auto white = material({1, 1, 1, 1});
+        if (isOneGeometry) {
+            Mesh all;
+            for (const Block& each : blocks) {
+                Mesh box = boxMesh(glm::vec3(0.5 * scale * (each.upper - each.lower)));
+                const auto first = static_cast<std::uint32_t>(all.positions.size());
+                for (const std::uint32_t index : box.indices) all.indices.push_back(first + index);
+                for (const glm::vec3& position : box.positions)
+                    all.positions.push_back(position + glm::vec3(0.5 * scale * (each.lower + each.upper)));
+                all.normals.insert(all.normals.end(), box.normals.begin(), box.normals.end());
+                all.texCoords.insert(all.texCoords.end(), box.texCoords.begin(), box.texCoords.end());
+            }
+            node(placed(below, offset, glm::mat3(worldFromLocal)), geometry(all, white));
+            return;
+        }
         for (const Block& each : blocks)
             node(placed(below, toWorld(0.5 * (each.lower + each.upper)), glm::mat3(worldFromLocal)),
                  geometry(boxMesh(glm::vec3(0.5 * scale * (each.upper - each.lower))), white));
@@ -203,6 +217,7 @@ class ModuleTest : public DrawTest {
     LightPlace lightPlace = LightPlace::Directional;
     glm::dvec3 lightPosition{0.0}, lightDirection{0.0, -1.0, 0.0};
     double spotCone = 0.7;
+    bool isOneGeometry = false;  // all blocks, instead of one each
     double scale = 1.0;
     double edgeMetres = 0.0;
     double edgeAngle = 0.0;  // for lamps: and so much more for each metre from the light

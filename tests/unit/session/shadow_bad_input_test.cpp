@@ -53,6 +53,31 @@ TEST_F(Wishes, ImpossibleValuesAreReplacedWithAMessage) {
     EXPECT_EQ(messages.size(), 3u);
 }
 
+// With any of these there would be no shadow, or one that gives light back, and nobody would know why.
+TEST_F(Wishes, BiasesAndColoursThatLeaveNoShadowAreReplacedWithAMessage) {
+    for (const float wrong :
+         {257.0f, 1e30f, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+        aspect.edit(viewport).set<&Viewport::offBias>(wrong).set<&Viewport::offFactor>(4.0f);
+        EXPECT_EQ(request().offBias, -1.0f) << wrong;
+        EXPECT_EQ(request().offFactor, 4.0f);
+        EXPECT_EQ(messages.size(), 1u);
+        aspect.edit(viewport).set<&Viewport::offBias>(10.0f).set<&Viewport::offFactor>(wrong);
+        EXPECT_EQ(request().offBias, 10.0f);
+        EXPECT_EQ(request().offFactor, -1.0f) << wrong;
+        EXPECT_EQ(messages.size(), 1u);
+    }
+    aspect.edit(viewport).set<&Viewport::offBias>(-2.0f).set<&Viewport::offFactor>(-1.0f);
+    EXPECT_TRUE((request(), messages.empty()));
+    for (const glm::vec3& colour : {glm::vec3(0, -1, 0), glm::vec3(1e30f), glm::vec3(0, 0, 1.5f)}) {
+        aspect.edit(viewport).set<&Viewport::shadowColor>(colour);
+        request();
+        ASSERT_EQ(messages.size(), 1u);
+        EXPECT_NE(messages[0].find("shadowColor"), std::string::npos);
+    }
+    aspect.edit(viewport).set<&Viewport::shadowColor>(glm::vec3(0, 0.5f, 1));
+    EXPECT_TRUE((request(), messages.empty()));
+}
+
 class BadLights : public SceneFixture {
  protected:
     ShadowFits fits(ShadowMode mode = ShadowMode::Standard) {

@@ -316,6 +316,25 @@ TEST_F(LightFits, PointLightsOutsideTheSceneGetASpotsMapAndInsideACube) {
     }
 }
 
+// Whose maps all around would show the scene in a few texels, or in none.
+TEST_F(LightFits, FarPointLightsHaveOneMapInEveryModeAndSaySo) {
+    addBox({-1, -1, -1}, {1, 1, 1});
+    const auto light = aspect.create<PointLight>("lamp");
+    node(root, any(light));
+    for (const ShadowMode mode : {ShadowMode::Cube, ShadowMode::DualParaboloid})
+        for (const double distance : {3.0, 6.6, 6.8, 1e3, 1e8}) {
+            aspect.edit(light).set<&PointLight::beacon>(
+                placed(root, distance * glm::normalize(glm::dvec3(1, 2, -0.5))));
+            ShadowFitRequest request{ShadowFitMode::Scene, 512};
+            request.mode = mode;
+            const ShadowFits result = fits(request);
+            const bool isFar = std::sqrt(3.0) / distance < std::sin(kNarrowestAround);
+            ASSERT_EQ(result.fits.size(), isFar ? 1u : mode == ShadowMode::Cube ? 6u : 2u) << distance;
+            EXPECT_EQ(result.messages.size(), isFar ? 1u : 0u);
+            EXPECT_EQ(result.fits[0].shape == ShadowShape::Single, isFar) << distance;
+        }
+}
+
 // A penumbra's measure is a width: of a sun that of its disc a metre away, of a lamp its diameter.
 TEST_F(LightFits, LightsAreTwiceAsWideAsTheirRadiusSays) {
     addBox({-1, -1, -1}, {1, 1, 1});

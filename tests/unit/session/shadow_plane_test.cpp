@@ -72,5 +72,28 @@ TEST_F(ShadowPlane, IsNothingWhereNoFlatFaceHasTheSceneOnOneSide) {
     ASSERT_TRUE(!plane || std::abs(plane->w) > 8.0) << "an end of the tower, not the floor in its middle";
 }
 
+TEST_F(ShadowPlane, ThatSomebodyNamesIsTurnedToTheLightsAndMustTouchTheScene) {
+    LightInEffect sun, lamp;
+    sun.kind = LightKind::Directional;
+    sun.castsShadow = true;
+    sun.directionWorld = {0, -1, 0};
+    lamp = sun;
+    lamp.kind = LightKind::Point;
+    lamp.positionWorld = {3, -5, 1};
+    const glm::dvec4 floor(0, 1, 0, -2);
+    EXPECT_EQ(towardsLights(floor, {sun}), floor);
+    EXPECT_EQ(towardsLights(-floor, {sun}), floor);
+    EXPECT_EQ(towardsLights(floor, {lamp}), -floor);
+    EXPECT_EQ(towardsLights(floor, {sun, lamp}), floor) << "from both sides: as it is named";
+    EXPECT_EQ(towardsLights(-floor, {sun, lamp}), -floor);
+    EXPECT_EQ(towardsLights(floor, {}), floor);
+    const Box3d box{glm::dvec3(-10, 2.01, -10), glm::dvec3(10, 12, 10)};
+    EXPECT_TRUE(touches(floor, box)) << "what stands on it is rarely modelled to the millimetre";
+    EXPECT_TRUE(touches({0, -1, 0, 12}, box));
+    EXPECT_FALSE(touches({0, 1, 0, 5}, box));
+    EXPECT_FALSE(touches({0, 1, 0, 1e30}, box));
+    EXPECT_FALSE(touches(floor, Box3d()));
+}
+
 }  // namespace
 }  // namespace umbriel

@@ -63,6 +63,21 @@ TEST(Occlusion, RaysEndAtTheLight) {
 
 // Points on a floor that is cut into coplanar cells, anywhere, at every scale and offset of the specification: no cell
 // shadows its neighbour.
+// A lamp in a face, on the edge of its two triangles: nobody is before it who sees it from either side.
+RC_GTEST_PROP(Occlusion, AFaceInWhichTheLampLiesIsNotBeforeIt, ()) {
+    Triangles all = floorAndSquare(1, 60.0, {}, 1.0);
+    all.quad({-7, 5.3, -11}, {7, 5.3, -11}, {7, 5.3, 11}, {-7, 5.3, 11});
+    const auto scene = all.build();
+    const glm::dvec3 from(*rc::gen::inRange(-3000, 3000) * 1e-2, 0.0, *rc::gen::inRange(-3000, 3000) * 1e-2);
+    const double along = *rc::gen::inRange(-100, 100) * 0.01;
+    const glm::dvec3 lamp(7.0 * along, 5.3, 11.0 * along);
+    // The small square at height 1 is before some of them.
+    const glm::dvec3 atSquare = from + (lamp - from) / 5.3;
+    RC_PRE(std::max(std::abs(atSquare.x), std::abs(atSquare.z)) > 0.501);
+    RC_ASSERT(!scene->blocked(from, 0, {lamp - from, 1.0}));
+    RC_ASSERT(!scene->blocked({from.x, 9.0, from.z}, 0, {lamp - glm::dvec3(from.x, 9.0, from.z), 1.0}));
+}
+
 RC_GTEST_PROP(Occlusion, CoplanarNeighboursDoNotShadowEachOther, ()) {
     const double scale = std::exp2(*rc::gen::inRange(-20, 21));
     const double offset = *rc::gen::element(0.0, 1e3, 1e6);

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "client/trade/trade_choice.h"
+
 namespace umbriel {
 namespace {
 
@@ -52,6 +54,22 @@ TEST(Choice, IsTheCheapestWithinTheErrorOrTheBestWithinTheBudget) {
     EXPECT_EQ(choose(rows, 0.005, 30.0), std::nullopt);
     EXPECT_EQ(choose(rows, std::nullopt, std::nullopt), 2u);
     EXPECT_EQ(choose({}, 1.0, std::nullopt), std::nullopt);
+}
+
+// A mode that is right on its plane and nowhere else is not the best of a scene.
+TEST(Choice, AndTheFrontCompareRowsOverTheSamePixels) {
+    std::vector<TradeRow> rows = {row(10, 0.05), row(5, 0.0), row(40, 0.002)};
+    EXPECT_EQ(paretoFront(rows), (std::vector<std::size_t>{1}));
+    rows[1].errors.errorEverywhere = 0.08;
+    EXPECT_EQ(paretoFront(rows), (std::vector<std::size_t>{1, 0, 2}));
+    EXPECT_EQ(choose(rows, 0.06, std::nullopt), 0u);
+    EXPECT_EQ(choose(rows, 0.01, std::nullopt), 2u);
+    EXPECT_EQ(choose(rows, std::nullopt, 20.0), 0u);
+    TradeResult result;
+    result.rows = rows;
+    const StoredTrade stored = storedTrade(result, 0);
+    ASSERT_EQ(stored.front.size(), 3u);
+    EXPECT_EQ(stored.front[0].error, 0.08);
 }
 
 TEST(Choice, LabelsNameEverythingThatIsSet) {
