@@ -25,6 +25,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kMostSamples = 16;
 constexpr std::int64_t kBakedMapSize = 2048;
+constexpr std::int64_t kLargestPicture = 16384;
 
 bool isDrawn(const BakeArguments& a) {
     return a.from != "rays";
@@ -59,6 +60,11 @@ Result<void> check(const BakeArguments& a) {
         return badInput(fmt::format("--threads {}: expected 1 to 4096, or 0 for all", a.threads));
     if (!a.atlas.empty() && !a.atlas.ends_with(".exr"))
         return badInput(fmt::format("--atlas '{}': expected a name ending in .exr", a.atlas));
+    if (!a.atlas.empty() && size > kLargestPicture)
+        return badInput(
+            fmt::format("--atlas: a picture has {} texels along each side at most, whose floats are 5 GiB; "
+                        "leave it out, or bake a smaller map",
+                        kLargestPicture));
     if (!a.out.empty() && !a.out.ends_with(".umlight"))
         return badInput(fmt::format("--out '{}': expected a name ending in .umlight", a.out));
     return {};

@@ -13,8 +13,17 @@
 namespace umbriel {
 namespace {
 
-// Texels of all lights together.
+// Texels of all lights together: where textures of llvmpipe end.
 constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
+// Rows of textures begin at multiples of this.
+constexpr std::uint64_t kRowBytes = 64;
+
+// Of a light, with what pages share and rows are filled up with.
+std::uint64_t textureBytes(std::uint32_t size) {
+    const LightMapPages pages = LightMapPages::of(size, LightMap::kPageSize);
+    const std::uint64_t row = (pages.side + kRowBytes - 1) / kRowBytes * kRowBytes;
+    return row * pages.side * pages.columns * pages.columns;
+}
 
 double radiusOf(const Aspect& scene, const LightInEffect& light) {
     if (const auto* core = scene.findAs<DirectionalLight>(light.core.id)) return core->angularRadius;
@@ -90,9 +99,11 @@ Result<LightMapFile> bakeLightMapOf(const Aspect& scene, Ref<Node> root, const L
     if (lights.empty())
         return badInput("the scene has no light that stays where it is and casts shadows: nothing to bake");
 
-    if (const std::uint64_t bytes = std::uint64_t{options.size} * options.size * lights.size(); bytes > kMostBytes)
-        return badInput(fmt::format("{} x {} texels for {} lights are {} MiB, more than {}; bake a smaller map",
-                                    options.size, options.size, lights.size(), bytes >> 20, kMostBytes >> 20));
+    if (const std::uint64_t bytes = textureBytes(options.size) * lights.size(); bytes > kMostBytes)
+        return badInput(
+            fmt::format("{} x {} texels for {} lights are {} MiB, more than the {} of the largest texture "
+                        "that every driver has; bake a smaller map",
+                        options.size, options.size, lights.size(), bytes >> 20, kMostBytes >> 20));
 
     std::vector<LightMapSurface> surfaces;
     std::vector<Ref<Node>> nodes, gone;

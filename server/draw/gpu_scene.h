@@ -79,7 +79,8 @@ struct ViewScene {
 // The scene on the GPU. Follows change lists; a frame costs what changed plus a pass over the draw items.
 class GpuScene {
  public:
-    GpuScene(std::size_t textureBudgetBytes, int maxTextureSize);
+    // largestPage: of light maps (GpuLightMap::upload).
+    GpuScene(std::size_t textureBudgetBytes, int maxTextureSize, std::uint32_t largestPage);
 
     void changed(const ChangeList& changes, const Aspect& scene);
     // Brings geometries that are on the GPU up to date.

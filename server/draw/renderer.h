@@ -33,6 +33,7 @@ class Renderer {
  public:
     struct Options {
         std::size_t textureBudgetBytes = std::size_t{4} << 30;
+        std::uint32_t largestLightMapPage = 0xffffffffu;  // texels a side; the driver's limit where that is less
     };
     static Result<std::unique_ptr<Renderer>> create(gl::HeadlessContext& context, const Options& options);
     virtual ~Renderer() = default;
