@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <map>
 
+#include "client/app/trade_setting.h"
 #include "client/trade/shadow_scene.h"
+#include "client/trade/trade_choice.h"
 #include "common/base/log.h"
 #include "common/scene/light_map_state.h"
 
@@ -162,28 +164,68 @@ Result<Ref<LightMap>> attachLightMap(Aspect& scene, Ref<Window> window, const Li
     return map;
 }
 
-Result<void> applyLightMap(const SceneArguments& arguments, Aspect& scene, Ref<Window> window) {
-    bool isAsked = false;
-    for (const Ref<Viewport>& viewport : scene.get(window).viewports.toVector())
-        isAsked = isAsked || scene.get(viewport).shadowMode.get() == ShadowMode::LightMap;
-    std::filesystem::path path = arguments.lightMap;
-    if (path.empty()) {
-        path = lightMapFileOf(arguments.scene);
-        std::error_code error;
-        const bool exists = std::filesystem::exists(path, error);
-        if (!exists && isAsked)
-            return badInput(
-                fmt::format("--shadow light-map: there is no {}; make it with umbriel bake {} --light-map N, "
-                            "or name another with --light-map",
-                            path.string(), arguments.scene));
-        // A frame budget may come to a light map later.
-        if (!exists || (!isAsked && !arguments.frameBudget)) return {};
-    }
+namespace {
+
+bool isThere(const std::filesystem::path& path) {
+    std::error_code error;
+    return std::filesystem::exists(path, error);
+}
+
+Result<void> loadLightMap(const std::filesystem::path& path, Aspect& scene, Ref<Window> window) {
     const auto file = readLightMap(path);
     if (!file) return file.error();
     const auto attached = attachLightMap(scene, window, *file);
     if (!attached) return badInput(fmt::format("{}: {}", path.string(), attached.error().message));
     return {};
+}
+
+bool isLightMap(const TradeSetting& setting) {
+    const auto technique = parseTechnique(setting.technique);
+    return technique && technique->mode == ShadowMode::LightMap;
+}
+
+// A light map was chosen by umbriel trade and cannot be had: what it measured beside it is taken. The reason, as an
+// error, when it was not umbriel trade that chose.
+Result<void> applyWithoutLightMap(const SceneArguments& arguments, Aspect& scene, Ref<Window> window,
+                                  const Error& reason) {
+    const auto path = tradeFileOf(arguments.scene);
+    const auto stored = readTrade(path);
+    if (!stored || !*stored || !isLightMap((*stored)->chosen.setting)) return reason;
+    const TradeSetting setting = nextChoice(**stored, [](const TradeSetting& one) {
+                                     return !isLightMap(one);
+                                 }).value_or(TradeSetting{"std", 512, {}, {}, {}});
+    if (const auto applied = applySetting(scene, window, setting); !applied)
+        return badInput(fmt::format("{}: {}", path.string(), applied.error().message));
+    log::warning(fmt::format("{}: {} was chosen by umbriel trade; {}. Drawn with {}", path.string(),
+                             labelOf((*stored)->chosen.setting), reason.message, labelOf(setting)));
+    return {};
+}
+
+}  // namespace
+
+bool hasLightMap(const SceneArguments& arguments) {
+    return !arguments.lightMap.empty() || isThere(lightMapFileOf(arguments.scene));
+}
+
+Result<void> applyLightMap(const SceneArguments& arguments, Aspect& scene, Ref<Window> window) {
+    bool isAsked = false;
+    for (const Ref<Viewport>& viewport : scene.get(window).viewports.toVector())
+        isAsked = isAsked || scene.get(viewport).shadowMode.get() == ShadowMode::LightMap;
+    if (!arguments.lightMap.empty()) return loadLightMap(arguments.lightMap, scene, window);
+    const std::filesystem::path path = lightMapFileOf(arguments.scene);
+    // A frame budget may come to a light map later.
+    if (!isAsked && (!arguments.frameBudget || !isThere(path))) return {};
+    const bool isStored = isAsked && arguments.shadow == "auto" && !arguments.frameBudget;
+    if (!isThere(path)) {
+        const Error missing =
+            badInput(fmt::format("{}there is no {}; make it with umbriel bake {} --light-map N, or name another with "
+                                 "--light-map",
+                                 isStored ? "" : "--shadow light-map: ", path.string(), arguments.scene));
+        return isStored ? applyWithoutLightMap(arguments, scene, window, missing) : missing;
+    }
+    const auto loaded = loadLightMap(path, scene, window);
+    if (loaded || !isStored) return loaded;
+    return applyWithoutLightMap(arguments, scene, window, loaded.error());
 }
 
 }  // namespace umbriel

@@ -125,6 +125,7 @@ TEST_F(LightMaps, SizesThatCannotBeAreRefused) {
     expectRefused(bake({"--light-map", "16385", "--atlas", folder / "atlas.exr"}), "--atlas: a picture has 16384");
     expectRefused(bake({"--light-map", "2"}), "too small for the 7 charts");
     expectRefused(bake({"--light-map", "x"}), "--light-map");
+    expectRefused(bake({"--light-map", "64"}, {"--light", "none"}), "without any there is nothing to bake");
     EXPECT_FALSE(std::filesystem::exists(scene + ".umlight"));
 }
 
