@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "client/app/light_map_scene.h"
 #include "common/base/log.h"
 
 namespace umbriel {
@@ -19,6 +20,22 @@ Result<FrameBudget> FrameBudget::begin(const SceneArguments& arguments, Aspect& 
             fmt::format("--frame-budget: there is no measured front in {}; run umbriel trade {} --store first",
                         path.string(), arguments.scene));
     std::vector<StoredTrade::Point> front = std::move((*stored)->front);
+    if (!hasLightMap(arguments)) {
+        const std::size_t left = std::erase_if(front, [](const StoredTrade::Point& point) {
+            const auto technique = parseTechnique(point.setting.technique);
+            return technique && technique->mode == ShadowMode::LightMap;
+        });
+        if (front.empty())
+            return badInput(
+                fmt::format("--frame-budget: all of the front in {} are light maps, and there is none; make "
+                            "it with umbriel bake {} --light-map N",
+                            path.string(), arguments.scene));
+        if (left > 0)
+            log::warning(
+                fmt::format("{}: without a light map, {} settings of the front are left out; umbriel bake {} "
+                            "--light-map N makes one",
+                            path.string(), left, arguments.scene));
+    }
     std::stable_sort(front.begin(), front.end(),
                      [](const auto& a, const auto& b) { return a.wallMilliseconds < b.wallMilliseconds; });
     std::vector<double> costs;

@@ -2,13 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
 #include "client/app/arguments.h"
 #include "client/app/exit_code.h"
-#include "client/app/light_map_scene.h"
+#include "client/app/light_map_servers.h"
 #include "client/app/progress.h"
 #include "client/app/render_command.h"
 #include "client/bake/mapped_file.h"
@@ -16,7 +17,6 @@
 #include "common/base/processor_time.h"
 #include "common/image/exr_io.h"
 #include "common/scene/core_types.h"
-#include "common/wall/grid.h"
 
 namespace umbriel {
 namespace {
@@ -24,7 +24,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kMostSamples = 16;
-constexpr std::int64_t kBakedMapSize = 2048;
+constexpr std::int64_t kLargestPicture = 16384;
 
 bool isDrawn(const BakeArguments& a) {
     return a.from != "rays";
@@ -36,7 +36,8 @@ Result<void> check(const BakeArguments& a) {
         return badInput(fmt::format("--light-map {}: expected 1 to {} texels along each side of the atlas", size,
                                     LightMap::kMaxSize));
     if (isDrawn(a)) {
-        if (const auto mode = parseBakedMode(a.from); !mode) return mode.error();
+        if (const auto mode = parseBakedMode(a.from); !mode)
+            return badInput(fmt::format("--from {}", mode.error().message));
         if (a.local && !a.servers.empty())
             return badInput("--servers excludes --local: servers that run, or embedded ones");
         if (a.local && (*a.local < 1 || *a.local > 256))
@@ -59,25 +60,24 @@ Result<void> check(const BakeArguments& a) {
         return badInput(fmt::format("--threads {}: expected 1 to 4096, or 0 for all", a.threads));
     if (!a.atlas.empty() && !a.atlas.ends_with(".exr"))
         return badInput(fmt::format("--atlas '{}': expected a name ending in .exr", a.atlas));
+    if (!a.atlas.empty() && size > kLargestPicture)
+        return badInput(
+            fmt::format("--atlas: a picture has {} texels along each side at most, whose floats are 5 GiB; "
+                        "leave it out, or bake a smaller map",
+                        kLargestPicture));
     if (!a.out.empty() && !a.out.ends_with(".umlight"))
         return badInput(fmt::format("--out '{}': expected a name ending in .umlight", a.out));
     return {};
 }
 
-struct Baked {
-    LightMapFile file;
-    double serverSeconds = 0.0;  // of processors
-};
-
-Result<Baked> traceRays(const BakeArguments& a, const LoadedStage& loaded, const LightMapOptions& options) {
+Result<DrawnLightMap> traceRays(const BakeArguments& a, const LoadedStage& loaded, const LightMapOptions& options) {
     auto file = bakeLightMapOf(*loaded.scene, loaded.stage.root, options, a.moving);
     if (!file) return file.error();
-    return Baked{std::move(*file), 0.0};
+    return DrawnLightMap{std::move(*file), 0.0};
 }
 
 // On servers that run, or on embedded ones.
-Result<Baked> draw(const BakeArguments& a, const TypeRegistry& types, LoadedStage& loaded,
-                   const LightMapOptions& options) {
+Result<DrawnLightMap> draw(const BakeArguments& a, LoadedStage& loaded, const LightMapOptions& options) {
     ClusterOptions setup;
     setup.local = a.local.value_or(1);
     setup.insecureLan = a.insecureLan;
@@ -87,27 +87,7 @@ Result<Baked> draw(const BakeArguments& a, const TypeRegistry& types, LoadedStag
         if (!servers) return servers.error();
         setup.servers = std::move(*servers);
     }
-    const std::int32_t wall = LightMapDrawing::wallSide(options.size, options.samples);
-    const auto servers =
-        static_cast<std::int64_t>(setup.servers.empty() ? static_cast<std::size_t>(setup.local) : setup.servers.size());
-    const auto tiles = gridTiles({wall, wall}, std::min<std::int64_t>(servers, wall), 1);
-    if (!tiles) return tiles.error();
-    auto cluster = Cluster::connect(setup, types, *tiles);
-    if (!cluster) return cluster.error();
-    (*cluster)->measureCost(true);
-    Baked baked;
-    LightMapDrawing drawing(*loaded.scene, loaded.stage.window, loaded.stage.viewport,
-                            [&](Aspect& scene, const WallViews& views) -> Result<std::vector<TilePixels>> {
-                                auto report = (*cluster)->frame(scene, views, 0.0, true);
-                                if (!report) return report.error();
-                                for (const ServerReport& server : report->servers)
-                                    baked.serverSeconds += server.cpuMilliseconds * 1e-3;
-                                return std::move(report->tiles);
-                            });
-    auto file = bakeLightMapOf(*loaded.scene, loaded.stage.root, options, a.moving, &drawing);
-    if (!file) return file.error();
-    baked.file = std::move(*file);
-    return baked;
+    return drawLightMapOf(std::move(setup), *loaded.scene, loaded.stage, options, a.moving);
 }
 
 Result<void> bake(const BakeArguments& a, std::ostream& out) {
@@ -118,6 +98,8 @@ Result<void> bake(const BakeArguments& a, std::ostream& out) {
         stage.mapSize = static_cast<std::uint32_t>(a.mapSize.value_or(kBakedMapSize));
         stage.shadowSet = a.shadowSet;
     }
+    if (std::find(a.lights.begin(), a.lights.end(), "none") != a.lights.end())
+        return badInput("--light none: a light map holds the shadows of lights; without any there is nothing to bake");
     for (const std::string& text : a.lights) {
         const auto light = parseLight(text);
         if (!light) return light.error();
@@ -139,7 +121,7 @@ Result<void> bake(const BakeArguments& a, std::ostream& out) {
     };
     const auto begin = std::chrono::steady_clock::now();
     const Duration cpuBegin = processorTime();
-    auto done = isDrawn(a) ? draw(a, types, **loaded, options) : traceRays(a, **loaded, options);
+    auto done = isDrawn(a) ? draw(a, **loaded, options) : traceRays(a, **loaded, options);
     if (progress) progress->finish();
     if (!done) return Error{done.error().kind, fmt::format("{}: {}", a.scene, done.error().message)};
     const LightMapFile* file = &done->file;

@@ -41,7 +41,7 @@ const Material* materialAt(const Aspect& scene, const Hierarchy& hierarchy, Ref<
 Result<ShadowMode> parseBakedMode(std::string_view text) {
     constexpr std::string_view kModes = "rays, std, pcf, ppcf, cube or dual-paraboloid";
     const auto mode = parseShadowMode(text);
-    if (!mode) return badInput(fmt::format("--from '{}': expected {}", text, kModes));
+    if (!mode) return badInput(fmt::format("'{}': expected {}", text, kModes));
     switch (*mode) {
         case ShadowMode::Standard:
         case ShadowMode::PercentageCloser:
@@ -53,7 +53,7 @@ Result<ShadowMode> parseBakedMode(std::string_view text) {
         case ShadowMode::LightSpacePerspective:
         case ShadowMode::Trapezoid:
             return badInput(
-                fmt::format("--from {}: its map is warped for where the eye is, and a light map is looked at from "
+                fmt::format("{}: its map is warped for where the eye is, and a light map is looked at from "
                             "everywhere; without a view it is the map of std. Expected {}",
                             text, kModes));
         case ShadowMode::Planar:
@@ -62,11 +62,11 @@ Result<ShadowMode> parseBakedMode(std::string_view text) {
         case ShadowMode::VolumeZFail:
         case ShadowMode::Blob:
             return badInput(
-                fmt::format("--from {}: its shadows are made in the picture of a view, and a light map has none. "
+                fmt::format("{}: its shadows are made in the picture of a view, and a light map has none. "
                             "Expected {}",
                             text, kModes));
         default:
-            return badInput(fmt::format("--from {}: there are no shadows to bake in it. Expected {}", text, kModes));
+            return badInput(fmt::format("{}: there are no shadows to bake in it. Expected {}", text, kModes));
     }
 }
 

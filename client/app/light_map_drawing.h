@@ -15,7 +15,7 @@
 namespace umbriel {
 
 // The modes that light maps can be baked from: those that look a factor up at any place of any surface. The others are
-// bad input with their reason: made in the view, or a map that is warped for one.
+// bad input with their reason: made in the view, or a map that is warped for one. The message begins with the text.
 Result<ShadowMode> parseBakedMode(std::string_view text);
 
 // Finds the factors of a light map as a module of server/shadow does: the surfaces are drawn where they lie in the

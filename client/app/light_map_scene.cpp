@@ -6,15 +6,26 @@
 #include <filesystem>
 #include <map>
 
+#include "client/app/trade_setting.h"
 #include "client/trade/shadow_scene.h"
+#include "client/trade/trade_choice.h"
 #include "common/base/log.h"
 #include "common/scene/light_map_state.h"
 
 namespace umbriel {
 namespace {
 
-// Texels of all lights together.
+// Texels of all lights together: where textures of llvmpipe end.
 constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
+// Rows of textures begin at multiples of this.
+constexpr std::uint64_t kRowBytes = 64;
+
+// Of a light, with what pages share and rows are filled up with.
+std::uint64_t textureBytes(std::uint32_t size) {
+    const LightMapPages pages = LightMapPages::of(size, LightMap::kPageSize);
+    const std::uint64_t row = (pages.side + kRowBytes - 1) / kRowBytes * kRowBytes;
+    return row * pages.side * pages.columns * pages.columns;
+}
 
 double radiusOf(const Aspect& scene, const LightInEffect& light) {
     if (const auto* core = scene.findAs<DirectionalLight>(light.core.id)) return core->angularRadius;
@@ -90,9 +101,11 @@ Result<LightMapFile> bakeLightMapOf(const Aspect& scene, Ref<Node> root, const L
     if (lights.empty())
         return badInput("the scene has no light that stays where it is and casts shadows: nothing to bake");
 
-    if (const std::uint64_t bytes = std::uint64_t{options.size} * options.size * lights.size(); bytes > kMostBytes)
-        return badInput(fmt::format("{} x {} texels for {} lights are {} MiB, more than {}; bake a smaller map",
-                                    options.size, options.size, lights.size(), bytes >> 20, kMostBytes >> 20));
+    if (const std::uint64_t bytes = textureBytes(options.size) * lights.size(); bytes > kMostBytes)
+        return badInput(
+            fmt::format("{} x {} texels for {} lights are {} MiB, more than the {} of the largest texture "
+                        "that every driver has; bake a smaller map",
+                        options.size, options.size, lights.size(), bytes >> 20, kMostBytes >> 20));
 
     std::vector<LightMapSurface> surfaces;
     std::vector<Ref<Node>> nodes, gone;
@@ -151,28 +164,68 @@ Result<Ref<LightMap>> attachLightMap(Aspect& scene, Ref<Window> window, const Li
     return map;
 }
 
-Result<void> applyLightMap(const SceneArguments& arguments, Aspect& scene, Ref<Window> window) {
-    bool isAsked = false;
-    for (const Ref<Viewport>& viewport : scene.get(window).viewports.toVector())
-        isAsked = isAsked || scene.get(viewport).shadowMode.get() == ShadowMode::LightMap;
-    std::filesystem::path path = arguments.lightMap;
-    if (path.empty()) {
-        path = lightMapFileOf(arguments.scene);
-        std::error_code error;
-        const bool exists = std::filesystem::exists(path, error);
-        if (!exists && isAsked)
-            return badInput(
-                fmt::format("--shadow light-map: there is no {}; make it with umbriel bake {} --light-map N, "
-                            "or name another with --light-map",
-                            path.string(), arguments.scene));
-        // A frame budget may come to a light map later.
-        if (!exists || (!isAsked && !arguments.frameBudget)) return {};
-    }
+namespace {
+
+bool isThere(const std::filesystem::path& path) {
+    std::error_code error;
+    return std::filesystem::exists(path, error);
+}
+
+Result<void> loadLightMap(const std::filesystem::path& path, Aspect& scene, Ref<Window> window) {
     const auto file = readLightMap(path);
     if (!file) return file.error();
     const auto attached = attachLightMap(scene, window, *file);
     if (!attached) return badInput(fmt::format("{}: {}", path.string(), attached.error().message));
     return {};
+}
+
+bool isLightMap(const TradeSetting& setting) {
+    const auto technique = parseTechnique(setting.technique);
+    return technique && technique->mode == ShadowMode::LightMap;
+}
+
+// A light map was chosen by umbriel trade and cannot be had: what it measured beside it is taken. The reason, as an
+// error, when it was not umbriel trade that chose.
+Result<void> applyWithoutLightMap(const SceneArguments& arguments, Aspect& scene, Ref<Window> window,
+                                  const Error& reason) {
+    const auto path = tradeFileOf(arguments.scene);
+    const auto stored = readTrade(path);
+    if (!stored || !*stored || !isLightMap((*stored)->chosen.setting)) return reason;
+    const TradeSetting setting = nextChoice(**stored, [](const TradeSetting& one) {
+                                     return !isLightMap(one);
+                                 }).value_or(TradeSetting{"std", 512, {}, {}, {}});
+    if (const auto applied = applySetting(scene, window, setting); !applied)
+        return badInput(fmt::format("{}: {}", path.string(), applied.error().message));
+    log::warning(fmt::format("{}: {} was chosen by umbriel trade; {}. Drawn with {}", path.string(),
+                             labelOf((*stored)->chosen.setting), reason.message, labelOf(setting)));
+    return {};
+}
+
+}  // namespace
+
+bool hasLightMap(const SceneArguments& arguments) {
+    return !arguments.lightMap.empty() || isThere(lightMapFileOf(arguments.scene));
+}
+
+Result<void> applyLightMap(const SceneArguments& arguments, Aspect& scene, Ref<Window> window) {
+    bool isAsked = false;
+    for (const Ref<Viewport>& viewport : scene.get(window).viewports.toVector())
+        isAsked = isAsked || scene.get(viewport).shadowMode.get() == ShadowMode::LightMap;
+    if (!arguments.lightMap.empty()) return loadLightMap(arguments.lightMap, scene, window);
+    const std::filesystem::path path = lightMapFileOf(arguments.scene);
+    // A frame budget may come to a light map later.
+    if (!isAsked && (!arguments.frameBudget || !isThere(path))) return {};
+    const bool isStored = isAsked && arguments.shadow == "auto" && !arguments.frameBudget;
+    if (!isThere(path)) {
+        const Error missing =
+            badInput(fmt::format("{}there is no {}; make it with umbriel bake {} --light-map N, or name another with "
+                                 "--light-map",
+                                 isStored ? "" : "--shadow light-map: ", path.string(), arguments.scene));
+        return isStored ? applyWithoutLightMap(arguments, scene, window, missing) : missing;
+    }
+    const auto loaded = loadLightMap(path, scene, window);
+    if (loaded || !isStored) return loaded;
+    return applyWithoutLightMap(arguments, scene, window, loaded.error());
 }
 
 }  // namespace umbriel

@@ -25,7 +25,12 @@ Result<LightMapFile> bakeLightMapOf(const Aspect& scene, Ref<Node> root, const L
 // Bad input when none of them is in the scene: it was baked of another one.
 Result<Ref<LightMap>> attachLightMap(Aspect& scene, Ref<Window> window, const LightMapFile& file);
 
-// --light-map, or the file beside the scene when a viewport's mode (or the front of a frame budget) asks for one.
+// Whether one is named or lies beside the scene.
+bool hasLightMap(const SceneArguments& arguments);
+
+// --light-map, or the file beside the scene when a viewport's mode (or the front of a frame budget) asks for one. Where
+// it is umbriel trade's choice that asks and the file beside the scene cannot be used, the choice is replaced by the
+// next one, with a warning.
 Result<void> applyLightMap(const SceneArguments& arguments, Aspect& scene, Ref<Window> window);
 
 }  // namespace umbriel

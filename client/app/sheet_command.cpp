@@ -7,7 +7,8 @@
 #include <utility>
 
 #include "client/app/held_tiles.h"
-#include "client/app/light_map_scene.h"
+#include "client/app/light_map_servers.h"
+#include "client/app/trade_setting.h"
 #include "client/session/field_text.h"
 #include "client/session/views.h"
 #include "common/base/log.h"
@@ -20,40 +21,32 @@ namespace {
 
 constexpr float kLabelPixels = 16.0f;
 
-// One picture of the sheet: fields of the viewport beside the mode.
+// One picture of the sheet: fields of the viewport beside the technique.
 struct Cell {
-    std::string mode;
+    std::string technique;
     std::vector<std::pair<std::string, std::string>> fields;
     std::string label() const {
-        std::string text = mode;
+        std::string text = technique;
         for (const auto& [field, value] : fields) text += fmt::format(" {}={}", field, value);
         return text;
     }
 };
 
-// Every mode there is, and what goes with many of them.
-std::vector<Cell> cells() {
+// What is asked for, else every mode there is, and what goes with many of them.
+std::vector<Cell> cellsOf(const std::vector<std::string>& techniques) {
     std::vector<Cell> all;
+    for (const std::string& technique : techniques) all.push_back({technique, {}});
+    if (!all.empty()) return all;
     for (const std::string& mode : drawnShadowModes()) all.push_back({mode, {}});
     all.push_back({"std", {{"gauss", "3"}}});
     all.push_back({"zfail", {{"gauss", "3"}}});
     return all;
 }
 
-// For the mode that needs one: of the map size, an atlas' too.
-Result<void> addLightMap(Aspect& scene, const Stage& stage, std::uint32_t mapSize) {
-    LightMapOptions options;
-    options.size = mapSize > 0 ? mapSize : 512;
-    const auto baked = bakeLightMapOf(scene, stage.root, options);
-    if (!baked) return baked.error();
-    const auto attached = attachLightMap(scene, stage.window, *baked);
-    if (!attached) return attached.error();
-    return {};
-}
-
 // The scene under every mode, drawn by the same servers. What cannot be drawn (a light map where no light stays) is
 // left out with a warning.
-Result<std::vector<FloatImage>> drawAll(const SceneArguments& arguments, const std::filesystem::path& serverProgram) {
+Result<std::vector<FloatImage>> drawAll(const SceneArguments& arguments, const std::vector<std::string>& techniques,
+                                        const std::filesystem::path& serverProgram) {
     auto setup = checkSceneArguments(arguments);
     if (!setup) return setup.error();
     TypeRegistry types;
@@ -74,10 +67,13 @@ Result<std::vector<FloatImage>> drawAll(const SceneArguments& arguments, const s
     if (!cluster) return cluster.error();
     HeldTiles tiles;
     std::vector<FloatImage> pictures;
-    const auto draw = [&](const Cell& cell) -> Result<FloatImage> {
-        if (scene.get(viewport).shadowMode.get() == ShadowMode::LightMap)
-            if (const auto added = addLightMap(scene, (*loaded)->stage, arguments.mapSize); !added)
+    const auto draw = [&](const Cell& cell, const Technique& technique) -> Result<FloatImage> {
+        if (technique.mode == ShadowMode::LightMap) {
+            // The map size is an atlas' too.
+            const std::uint32_t size = arguments.mapSize > 0 ? arguments.mapSize : 512;
+            if (const auto added = addLightMap(**loaded, size, technique.bakedFrom, serverProgram); !added)
                 return added.error();
+        }
         auto views = resolveViews(scene, (*loaded)->stage.window, setup->wall);
         if (!views) return views.error();
         views->views.tiles = setup->tileMode;
@@ -89,14 +85,18 @@ Result<std::vector<FloatImage>> drawAll(const SceneArguments& arguments, const s
         log::info(fmt::format("{}: {}", arguments.scene, cell.label()));
         return assembleWall(setup->wall, tiles.all(), Eye::Mono).rgba;
     };
-    for (const Cell& cell : cells()) {
-        const auto mode = parseShadowMode(cell.mode);
-        if (!mode) return mode.error();
-        scene.edit(viewport).set<&Viewport::shadowMode>(*mode).set<&Viewport::gauss>(0.0f);
+    const ShadowFitMode ownFit = scene.get(viewport).shadowFit;
+    for (const Cell& cell : cellsOf(techniques)) {
+        const auto technique = parseTechnique(cell.technique);
+        if (!technique) return technique.error();
+        scene.edit(viewport)
+            .set<&Viewport::shadowMode>(technique->mode)
+            .set<&Viewport::shadowFit>(technique->fit.value_or(ownFit))
+            .set<&Viewport::gauss>(0.0f);
         for (const auto& [field, value] : cell.fields)
             if (const auto set = setField(scene, viewport, field, value); !set) return set.error();
         scene.edit(label).set<&TextForeground::text>(cell.label());
-        auto picture = draw(cell);
+        auto picture = draw(cell, *technique);
         if (picture)
             pictures.push_back(std::move(*picture));
         else if (picture.error().kind == Error::Kind::BadInput)
@@ -155,6 +155,9 @@ int runSheet(const SheetArguments& arguments, const std::filesystem::path& serve
         return exitCodeOf(badInput(fmt::format("--columns {}: expected 1 to 100", arguments.columns)));
     if (arguments.levels < 2 || arguments.levels > 256)
         return exitCodeOf(badInput(fmt::format("--levels {}: expected 2 to 256", arguments.levels)));
+    const std::vector<std::string> techniques = listOf(arguments.techniques);
+    for (const std::string& technique : techniques)
+        if (const auto parsed = parseTechnique(technique); !parsed) return exitCodeOf(parsed.error());
     std::vector<std::string> scenes = {arguments.scene.scene};
     scenes.insert(scenes.end(), arguments.also.begin(), arguments.also.end());
     std::vector<std::vector<FloatImage>> pictures;
@@ -162,7 +165,7 @@ int runSheet(const SheetArguments& arguments, const std::filesystem::path& serve
         SceneArguments scene = arguments.scene;
         scene.scene = name;
         scene.shadow = "none";  // not even what is stored for the scene
-        auto drawn = drawAll(scene, serverProgram);
+        auto drawn = drawAll(scene, techniques, serverProgram);
         if (!drawn) return exitCodeOf(drawn.error());
         pictures.push_back(std::move(*drawn));
     }

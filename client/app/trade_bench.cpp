@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "client/app/light_map_scene.h"
+#include "client/app/light_map_servers.h"
 #include "client/app/output_files.h"
 #include "client/session/field_text.h"
 #include "client/session/views.h"
@@ -108,16 +108,14 @@ Result<void> TradeBench::apply(const TradeSetting& setting) {
     const auto technique = parseTechnique(setting.technique);
     if (!technique) return technique.error();
     if (technique->mode == ShadowMode::LightMap) {
-        auto known = _lightMaps.find(setting.mapSize);
+        const std::pair key(technique->bakedFrom, setting.mapSize);
+        auto known = _lightMaps.find(key);
         if (known == _lightMaps.end()) {
-            LightMapOptions options;
-            options.size = setting.mapSize;
-            if (options.size == 0) return badInput("light maps have no size 0: --map-sizes says how large they are");
-            const auto baked = bakeLightMapOf(scene(), scene().get(stage().viewport).root, options);
-            if (!baked) return baked.error();
-            const auto attached = attachLightMap(scene(), stage().window, *baked);
-            if (!attached) return attached.error();
-            known = _lightMaps.emplace(setting.mapSize, *attached).first;
+            if (setting.mapSize == 0) return badInput("light maps have no size 0: --map-sizes says how large they are");
+            const auto added =
+                addLightMap(*_loaded, setting.mapSize, technique->bakedFrom, _setup.cluster.serverProgram);
+            if (!added) return added.error();
+            known = _lightMaps.emplace(key, *added).first;
         }
         for (const Ref<Viewport>& viewport : scene().get(stage().window).viewports.toVector())
             scene().edit(viewport).set<&Viewport::lightMap>(known->second);
@@ -208,7 +206,7 @@ Result<void> TradeBench::movePath(int frame) {
 }
 
 Result<void> TradeBench::look() {
-    for (const auto& [size, map] : _lightMaps) scene().destroy(map);
+    for (const auto& [key, map] : _lightMaps) scene().destroy(map);
     _lightMaps.clear();
     if (const auto set = _settings->apply({"none", 512, {}, {}, {}}); !set) return set.error();
     if (const auto built = buildScene(); !built) return built.error();

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/app/render_command.h"
@@ -69,7 +70,7 @@ class TradeBench {
     Result<std::vector<Look>> lookNow();
     // The factors of each light in each look, after a setting was applied.
     Result<std::vector<std::vector<std::vector<float>>>> factorsNow();
-    // Applies a setting; a light map of its map size is baked when there is none yet.
+    // Applies a setting; a light map of its map size, baked from what it says, is made when there is none yet.
     Result<void> apply(const TradeSetting& setting);
     Result<void> movePath(int frame);
     // Mean change of the same surface points from frame to frame along the path, less the truth's.
@@ -95,7 +96,8 @@ class TradeBench {
     double _eyesTruth = 0.0;
     std::vector<std::string> _machine;
     GeometryBounds _bounds;
-    std::map<std::uint32_t, Ref<LightMap>> _lightMaps;  // by size, of the scene as it was looked at
+    // By what it is baked from and by size, of the scene as it was looked at.
+    std::map<std::pair<std::optional<ShadowMode>, std::uint32_t>, Ref<LightMap>> _lightMaps;
 };
 
 }  // namespace umbriel

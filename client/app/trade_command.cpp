@@ -22,17 +22,6 @@ namespace {
 
 constexpr std::size_t kMaxRows = 1000;
 
-std::vector<std::string> listOf(const std::string& text) {
-    std::vector<std::string> parts;
-    std::size_t begin = 0;
-    while (begin <= text.size() && !text.empty()) {
-        const std::size_t end = std::min(text.find(',', begin), text.size());
-        parts.push_back(text.substr(begin, end - begin));
-        begin = end + 1;
-    }
-    return parts;
-}
-
 template <class T>
 Result<std::vector<T>> numbersOf(std::string_view argument, const std::string& text, T lowest, T highest) {
     std::vector<T> numbers;
@@ -211,6 +200,12 @@ int runTrade(const TradeArguments& arguments, const std::filesystem::path& serve
         if (const auto stored = writeTrade(path, storedTrade(*result, *chosen)); !stored)
             return exitCodeOf(stored.error());
         result->notes.push_back(fmt::format("stored in {}: umbriel render and view take it", path.string()));
+        const TradeSetting& setting = result->rows[*chosen].setting;
+        if (const auto technique = parseTechnique(setting.technique);
+            technique && technique->mode == ShadowMode::LightMap)
+            result->notes.push_back(fmt::format(
+                "they need the light map: umbriel bake {} --light-map {}{}", arguments.scene.scene, setting.mapSize,
+                technique->bakedFrom ? " --from " + setting.technique.substr(setting.technique.find(':') + 1) : ""));
     }
     // First what needs no disk.
     if (arguments.json)

@@ -2,11 +2,25 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "client/app/arguments.h"
+#include "client/app/light_map_drawing.h"
 #include "client/app/viewport_text.h"
 #include "client/session/field_text.h"
 
 namespace umbriel {
+
+std::vector<std::string> listOf(const std::string& text) {
+    std::vector<std::string> parts;
+    std::size_t begin = 0;
+    while (begin <= text.size() && !text.empty()) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        parts.push_back(text.substr(begin, end - begin));
+        begin = end + 1;
+    }
+    return parts;
+}
 
 Result<Technique> parseTechnique(const std::string& text) {
     Technique technique;
@@ -15,7 +29,15 @@ Result<Technique> parseTechnique(const std::string& text) {
     if (!mode) return mode.error();
     technique.mode = *mode;
     if (colon == std::string::npos) return technique;
-    const auto fit = parseShadowFit(text.substr(colon + 1));
+    const std::string how = text.substr(colon + 1);
+    const auto fit = parseShadowFit(how);
+    if (!fit && *mode == ShadowMode::LightMap) {
+        if (how == "rays") return technique;
+        const auto from = parseBakedMode(how);
+        if (!from) return badInput(fmt::format("technique '{}': {}", text, from.error().message));
+        technique.bakedFrom = *from;
+        return technique;
+    }
     if (!fit) return badInput(fmt::format("technique '{}': {}", text, fit.error().message));
     technique.fit = *fit;
     return technique;
@@ -68,7 +90,7 @@ Result<void> SettingSwitch::apply(const TradeSetting& setting) {
     for (const Ref<Viewport>& viewport : _scene->get(_window).viewports.toVector()) {
         _scene->edit(viewport)
             .set<&Viewport::shadowMode>(technique->mode)
-            .set<&Viewport::shadowFit>(technique->fit)
+            .set<&Viewport::shadowFit>(technique->fit.value_or(ShadowFitMode::Union))
             .set<&Viewport::mapSize>(setting.mapSize);
         const auto set = [&](std::string_view field, const std::string& value) {
             keep(viewport.id, field);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,12 +13,16 @@
 
 namespace umbriel {
 
-// "lisp" or "std:scene": a mode this version draws, and how its map is fitted.
+// "lisp", "std:scene" or "light-map:pcf": a mode this version draws, and how its map is fitted, or what a light map is
+// baked from.
 struct Technique {
     ShadowMode mode = ShadowMode::None;
-    ShadowFitMode fit = ShadowFitMode::Union;
+    std::optional<ShadowFitMode> fit{};     // where it is named
+    std::optional<ShadowMode> bakedFrom{};  // of a light map; none: rays
 };
 Result<Technique> parseTechnique(const std::string& text);
+// The parts between commas; none of an empty text.
+std::vector<std::string> listOf(const std::string& text);
 
 // What of a setting a technique has: a map of some size, a filter of some width, some number of samples.
 bool hasMap(ShadowMode mode);

@@ -16,8 +16,10 @@ namespace {
 using Ray = trace::OcclusionScene::Ray;
 
 constexpr std::uint32_t kNone = 0xffffffffu;
-// In texels: 24 bits of mantissa over 16384 texels, and weights of 8 bits.
+// In texels: 24 bits of mantissa over 32768 texels, and weights of 8 bits.
 constexpr double kLookupMargin = 1.0 / 256.0;
+// Of texels: holds a surface, or what was filled in beside one; is to be filled in next.
+constexpr std::uint8_t kCovered = 1, kOfRing = 2;
 // Texel rows that are worked on as one piece.
 constexpr std::uint32_t kBandRows = 8;
 
@@ -222,7 +224,7 @@ class LightMapBaker {
                     _baked.texels[light * texelsOf() + texel(x, y)] =
                         isLit ? toByte(std::min(sum / points, 1.0)) : std::uint8_t{255};
                     if (light > 0) continue;
-                    _covered[texel(x, y)] = 1;
+                    _covered[texel(x, y)] = kCovered;
                     ++_baked.covered;
                     _baked.lookups += static_cast<std::uint64_t>(points);
                 }
@@ -322,7 +324,7 @@ class LightMapBaker {
                              static_cast<std::uint64_t>(k), sums, counts);
                 }
                 if (points == 0) continue;
-                _covered[at] = 1;
+                _covered[at] = kCovered;
                 ++counts.covered;
                 for (std::size_t light = 0; light < _lights.size(); ++light)
                     _baked.texels[light * texelsOf() + at] = toByte(sums[light] / points);
@@ -371,46 +373,49 @@ class LightMapBaker {
     // Texels without a surface, outwards from those with one.
     void fillUncovered(const Placed& placed) {
         const ChartSpot& spot = placed.spot;
-        std::vector<std::size_t> ring;  // of the chart's texels
-        std::vector<std::uint8_t> known(std::size_t{spot.width} * spot.height, 0);
-        for (std::uint32_t y = 0; y < spot.height; ++y)
-            for (std::uint32_t x = 0; x < spot.width; ++x)
-                if (_covered[texel(spot.x + x, spot.y + y)]) {
-                    known[std::size_t{y} * spot.width + x] = 1;
-                    ring.push_back(std::size_t{y} * spot.width + x);
-                }
-        if (ring.empty()) return fillFromCentres(placed);
         const auto visit = [&](std::size_t at, const auto& each) {
-            const auto x = static_cast<std::int64_t>(at % spot.width), y = static_cast<std::int64_t>(at / spot.width);
-            for (std::int64_t dy = -1; dy <= 1; ++dy)
-                for (std::int64_t dx = -1; dx <= 1; ++dx)
-                    if (x + dx >= 0 && y + dy >= 0 && x + dx < spot.width && y + dy < spot.height)
-                        each(static_cast<std::size_t>((y + dy) * spot.width + x + dx));
+            const std::size_t x = at % _options.size, y = at / _options.size;
+            for (std::size_t j = std::max<std::size_t>(y, spot.y + 1) - 1; j <= y + 1 && j < spot.y + spot.height; ++j)
+                for (std::size_t i = std::max<std::size_t>(x, spot.x + 1) - 1; i <= x + 1 && i < spot.x + spot.width;
+                     ++i)
+                    each(j * _options.size + i);
         };
-        const auto global = [&](std::size_t at) {
-            return texel(spot.x + static_cast<std::uint32_t>(at % spot.width),
-                         spot.y + static_cast<std::uint32_t>(at / spot.width));
-        };
+        // Texels without one beside those with one: the others' neighbours need not be remembered, which are many.
+        std::vector<std::size_t> ring;
+        bool isCovered = false;
+        for (std::uint32_t y = 0; y < spot.height; ++y)
+            for (std::uint32_t x = 0; x < spot.width; ++x) {
+                const std::size_t at = texel(spot.x + x, spot.y + y);
+                if (_covered[at] == kCovered) {
+                    isCovered = true;
+                    continue;
+                }
+                bool isBeside = false;
+                visit(at, [&](std::size_t other) { isBeside = isBeside || _covered[other] == kCovered; });
+                if (!isBeside) continue;
+                _covered[at] = kOfRing;
+                ring.push_back(at);
+            }
+        if (!isCovered) return fillFromCentres(placed);
         while (!ring.empty()) {
-            std::vector<std::size_t> next;
             for (const std::size_t at : ring)
-                visit(at, [&](std::size_t other) {
-                    if (known[other]) return;
-                    known[other] = 2;  // of the next ring
-                    next.push_back(other);
-                });
-            for (const std::size_t at : next)
                 for (std::size_t light = 0; light < _lights.size(); ++light) {
                     int sum = 0, count = 0;
                     visit(at, [&](std::size_t other) {
-                        if (known[other] != 1) return;
-                        sum += _baked.texels[light * texelsOf() + global(other)];
+                        if (_covered[other] != kCovered) return;
+                        sum += _baked.texels[light * texelsOf() + other];
                         ++count;
                     });
-                    _baked.texels[light * texelsOf() + global(at)] =
-                        static_cast<std::uint8_t>((sum + count / 2) / count);
+                    _baked.texels[light * texelsOf() + at] = static_cast<std::uint8_t>((sum + count / 2) / count);
                 }
-            for (const std::size_t at : next) known[at] = 1;
+            std::vector<std::size_t> next;
+            for (const std::size_t at : ring) _covered[at] = kCovered;
+            for (const std::size_t at : ring)
+                visit(at, [&](std::size_t other) {
+                    if (_covered[other]) return;
+                    _covered[other] = kOfRing;
+                    next.push_back(other);
+                });
             ring = std::move(next);
         }
     }
@@ -443,7 +448,7 @@ class LightMapBaker {
     LightMapOptions _options;
     LightMapDrawer* _drawer;  // null: rays
     std::vector<Placed> _charts;
-    std::vector<std::uint8_t> _covered;
+    std::vector<std::uint8_t> _covered;  // 0: no surface, and none beside it was found yet; kCovered, kOfRing
     BakedLightMap _baked;
 };
 

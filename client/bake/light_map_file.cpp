@@ -46,12 +46,21 @@ Result<void> writeLightMap(const std::filesystem::path& path, const LightMapFile
     for (const std::uint32_t place : baked.places) writer.u32(place);
     for (const glm::vec4& row : baked.charts)
         for (int k = 0; k < 4; ++k) writer.f32(row[k]);
-    writer.raw(std::as_bytes(std::span(baked.texels)));
-    const Hash128 hash = hash128(bytes);
-    writer.u64(hash.low);
-    writer.u64(hash.high);
     auto out = AtomicFile::create(path);
     if (!out) return out.error();
+    // Texels, which may be a gigabyte, are not copied.
+    const std::span<const std::byte> texels = std::as_bytes(std::span(baked.texels));
+    Hasher128 hasher;
+    hasher.add(bytes);
+    hasher.add(texels);
+    const Hash128 hash = hasher.finish();
+    (*out)->write(bytes);
+    constexpr std::size_t kPart = std::size_t{1} << 20;
+    for (std::size_t at = 0; at < texels.size(); at += kPart)
+        (*out)->write(texels.subspan(at, std::min(kPart, texels.size() - at)));
+    bytes.clear();
+    writer.u64(hash.low);
+    writer.u64(hash.high);
     (*out)->write(bytes);
     return (*out)->commit();
 }

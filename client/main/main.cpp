@@ -254,7 +254,9 @@ int main(int argc, char** argv) {
     CLI::App* tradeCommand = app.add_subcommand("trade", "what each shadow technique costs on a scene, and how wrong it is");
     addSceneOptions(*tradeCommand, trade.scene);
     tradeCommand->get_option("SCENE")->required(false);
-    tradeCommand->add_option("--techniques", trade.techniques, "shadow modes, separated by commas, each with :scene or :per-view for another fit (default: all)");
+    tradeCommand->add_option("--techniques", trade.techniques,
+                             "shadow modes, separated by commas, each with :scene or :per-view for another fit, "
+                             "light-map:MODE baked from one (default: all)");
     tradeCommand->add_option("--map-sizes", trade.mapSizes, "texels, separated by commas")->capture_default_str();
     tradeCommand->add_option("--filters", trade.filters, "filter widths of pcf, separated by commas (default: its own)");
     tradeCommand->add_option("--filter-samples", trade.samples, "samples a row of pcf and ppcf, separated by commas (default: their own)");
@@ -295,6 +297,8 @@ int main(int argc, char** argv) {
     CLI::App* sheetCommand = app.add_subcommand("sheet", "scenes under every shadow mode, on one picture");
     addSceneOptions(*sheetCommand, sheet.scene);
     sheetCommand->add_option("--also", sheet.also, "a further scene; repeatable")->allow_extra_args(false);
+    sheetCommand->add_option("--techniques", sheet.techniques,
+                             "as those of umbriel trade, separated by commas (default: every mode)");
     sheetCommand->add_option("--columns", sheet.columns, "pictures beside each other")->capture_default_str();
     sheetCommand->add_option("--levels", sheet.levels, "of each colour channel; fewer make a smaller file")
         ->capture_default_str();

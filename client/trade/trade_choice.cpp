@@ -139,4 +139,15 @@ StoredTrade storedTrade(const TradeResult& result, std::size_t chosen) {
     return trade;
 }
 
+std::optional<TradeSetting> nextChoice(const StoredTrade& trade,
+                                       const std::function<bool(const TradeSetting&)>& isPossible) {
+    const StoredTrade::Point* best = nullptr;
+    for (const StoredTrade::Point& point : trade.front) {
+        if (!isPossible(point.setting)) continue;
+        if (point.error <= trade.chosen.error) return point.setting;
+        if (!best || point.error < best->error) best = &point;
+    }
+    return best ? std::optional(best->setting) : std::nullopt;
+}
+
 }  // namespace umbriel

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,6 +32,11 @@ std::filesystem::path tradeFileOf(const std::string& scene);
 Result<void> writeTrade(const std::filesystem::path& path, const StoredTrade& trade);
 // Nothing when there is no such file; bad input, naming it, when it is not what writeTrade() writes.
 Result<std::optional<StoredTrade>> readTrade(const std::filesystem::path& path);
+
+// What to draw with when what was chosen cannot be: of the points of the front that can, the cheapest that is no more
+// wrong, else the most accurate. None when there is none.
+std::optional<TradeSetting> nextChoice(const StoredTrade& trade,
+                                       const std::function<bool(const TradeSetting&)>& isPossible);
 
 // What of a result goes into its file: the front, and the row that was chosen by its index.
 StoredTrade storedTrade(const TradeResult& result, std::size_t chosen);

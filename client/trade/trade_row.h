@@ -15,7 +15,8 @@ namespace umbriel {
 
 // One way to draw shadows.
 struct TradeSetting {
-    std::string technique;         // short name of a ShadowMode, with ":scene" or ":per-view" for another fit
+    std::string technique;         // short name of a ShadowMode, with ":scene" or ":per-view" for another fit,
+                                   // or ":pcf" and others for what a light map is baked from
     std::uint32_t mapSize = 512;   // texels
     std::optional<double> filter;  // filterWidth; none: the module's own
     std::optional<int> samples;    // samplesPerRow

@@ -8,10 +8,14 @@ namespace umbriel {
 // `umbriel bake SCENE --light-map N`. A chart is a part of a surface that lies flat in the atlas: the place of a point
 // there is an affine function of its place in the geometry's object space.
 //
+// Where textures end below `size`, an atlas is cut into pages as it is uploaded: nothing here knows of them.
+//
 // What the map holds is true for one state of the scene (light_map_state.h): `states` and `lightStates` say which.
 struct LightMap : Container {
     static constexpr std::string_view kTypeName = "LightMap";
-    static constexpr std::uint32_t kMaxSize = 16384;
+    // Four pages of the side that every driver has.
+    static constexpr std::uint32_t kPageSize = 16384;
+    static constexpr std::uint32_t kMaxSize = 2 * kPageSize - 1;
     static constexpr std::uint32_t kNoChart = 0xffffffffu;
     Single<std::uint32_t> size{0u};    // texels along each side
     Multi<std::uint8_t> texels;        // size x size of each light, first row at v = 0: 255 all of it arrives
@@ -32,6 +36,19 @@ struct LightMap : Container {
         type.field<&LightMap::triangles>("triangles");
         type.field<&LightMap::places>("places");
         type.field<&LightMap::charts>("charts");
+    }
+};
+
+// An atlas as textures of one size: columns x columns pages of side x side texels. Pages share a row and a column with
+// their neighbours, so that the four texels around any place lie in one of them; the last ones may reach beyond it.
+struct LightMapPages {
+    std::uint32_t columns = 1;
+    std::uint32_t side = 0;
+    // largest: what the driver allows along each side, 2 or more.
+    static constexpr LightMapPages of(std::uint32_t size, std::uint32_t largest) {
+        if (size <= largest) return {1, size};
+        const std::uint32_t columns = (size - 1 + largest - 2) / (largest - 1);
+        return {columns, (size - 1 + columns - 1) / columns + 1};
     }
 };
 

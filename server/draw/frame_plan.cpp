@@ -85,6 +85,7 @@ constexpr FeatureName kNames[kFeatureCount] = {
     {"FEATURE_SHADOW_BOUNDS", "map-bounds"},
     {"FEATURE_SHADOW_VIEW", "view-shadows"},
     {"FEATURE_SHADOW_LIGHT_MAP", "light-map"},
+    {"FEATURE_SHADOW_LIGHT_MAP_PAGES", "light-map-pages"},
     {"FEATURE_SHADOW_MIXED", "light-map-beside-maps"},
     {"FEATURE_SHADOW_COPY", "map-copies"},
     {"FEATURE_SHADOW_FILTER_6", "filter-6x6"},

@@ -88,6 +88,7 @@ enum class Feature : std::uint32_t {
     ShadowBounds,
     ShadowView,
     ShadowLightMap,
+    ShadowLightMapPages,
     ShadowMixed,
     ShadowCopy,
     ShadowFilter6,

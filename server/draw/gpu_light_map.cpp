@@ -12,6 +12,31 @@ namespace umbriel {
 namespace {
 
 constexpr GLuint kChartsBinding = 3;
+// Of the rows that are read from the scene and uploaded at once.
+constexpr std::size_t kUploadedBytes = std::size_t{4} << 20;
+
+// One page of one light.
+void uploadPage(const LightMap& map, const LightMapPages& pages, GLuint texture, std::uint32_t layer) {
+    const std::size_t size = map.size, stride = pages.side - 1;
+    const std::uint32_t page = layer % (pages.columns * pages.columns);
+    const std::size_t light = layer / (pages.columns * pages.columns);
+    const std::size_t left = page % pages.columns * stride, bottom = page / pages.columns * stride;
+    const std::size_t width = std::min<std::size_t>(pages.side, size - left);
+    const std::size_t height = std::min<std::size_t>(pages.side, size - bottom);
+    const std::size_t rows = std::clamp<std::size_t>(kUploadedBytes / width, 1, height);
+    std::vector<std::byte> texels(rows * width);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    for (std::size_t first = 0; first < height; first += rows) {
+        const std::size_t count = std::min(rows, height - first);
+        for (std::size_t row = 0; row < count; ++row)
+            map.texels.storage().read((light * size + bottom + first + row) * size + left,
+                                      std::span(texels).subspan(row * width, width));
+        glTextureSubImage3D(texture, 0, 0, static_cast<GLint>(first), static_cast<GLint>(layer),
+                            static_cast<GLsizei>(width), static_cast<GLsizei>(count), 1, GL_RED, GL_UNSIGNED_BYTE,
+                            texels.data());
+    }
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+}
 
 }  // namespace
 
@@ -33,32 +58,31 @@ bool isUsable(const LightMap& map) {
     return true;
 }
 
-Result<GpuLightMap> GpuLightMap::upload(const LightMap& map) {
+Result<GpuLightMap> GpuLightMap::upload(const LightMap& map, std::uint32_t largestPage) {
     GpuLightMap result;
-    result._size = map.size;
-    result._layers = static_cast<std::uint32_t>(map.lightStates.size());
     GLint maxSize = 0, maxLayers = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &maxSize);
     glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &maxLayers);
-    if (result._size > static_cast<std::uint32_t>(maxSize) || result._layers > static_cast<std::uint32_t>(maxLayers))
-        return failure(fmt::format(
-            "a light map of {} x {} texels for {} lights is more than this driver allows ({} and {}); bake a smaller "
-            "one",
-            result._size, result._size, result._layers, maxSize, maxLayers));
+    const std::uint32_t size = map.size;
+    result._pages = LightMapPages::of(size, std::min(largestPage, static_cast<std::uint32_t>(maxSize)));
+    const LightMapPages pages = result._pages;
+    const auto lights = static_cast<std::uint32_t>(map.lightStates.size());
+    result._layers = lights * pages.columns * pages.columns;
+    const auto tooLarge = [&](const std::string& why) {
+        return failure(
+            fmt::format("a light map of {} x {} texels for {} lights is more than this driver allows ({}); "
+                        "bake a smaller one",
+                        size, size, lights, why));
+    };
+    if (result._layers > static_cast<std::uint32_t>(maxLayers))
+        return tooLarge(fmt::format("{} layers of {}", result._layers, maxLayers));
     GLuint id = 0;
     glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &id);
     result._texels = gl::Name<gl::deleteTexture>(id);
-    const auto side = static_cast<GLsizei>(result._size);
+    const auto side = static_cast<GLsizei>(pages.side);
     glTextureStorage3D(id, 1, GL_R8, side, side, static_cast<GLsizei>(result._layers));
-    if (auto checked = gl::checkError("a light map's texture"); !checked) return checked.error();
-    std::vector<std::byte> texels(std::size_t{result._size} * result._size);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    for (std::uint32_t layer = 0; layer < result._layers; ++layer) {
-        map.texels.storage().read(layer * texels.size(), texels);
-        glTextureSubImage3D(id, 0, 0, 0, static_cast<GLint>(layer), side, side, 1, GL_RED, GL_UNSIGNED_BYTE,
-                            texels.data());
-    }
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    if (auto checked = gl::checkError("a light map's texture"); !checked) return tooLarge(checked.error().message);
+    for (std::uint32_t layer = 0; layer < result._layers; ++layer) uploadPage(map, pages, id, layer);
     glCreateSamplers(1, &id);
     result._sampler = gl::Name<gl::deleteSampler>(id);
     glSamplerParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
@@ -112,14 +136,14 @@ void GpuLightMap::bind() const {
 }
 
 std::uint64_t GpuLightMap::bytes() const {
-    return std::uint64_t{_size} * _size * _layers + _charts.size() + _placesBytes;
+    return std::uint64_t{_pages.side} * _pages.side * _layers + _charts.size() + _placesBytes;
 }
 
 Result<GpuLightMap*> GpuLightMaps::find(const Aspect& scene, ContainerId id) {
     if (const auto found = _maps.find(id); found != _maps.end()) return &found->second;
     const LightMap* map = scene.findAs<LightMap>(id);
     if (!map || !isUsable(*map)) return nullptr;
-    auto uploaded = GpuLightMap::upload(*map);
+    auto uploaded = GpuLightMap::upload(*map, _largestPage);
     if (!uploaded) return uploaded.error();
     return &_maps.emplace(id, std::move(*uploaded)).first->second;
 }

@@ -18,8 +18,9 @@ bool isUsable(const LightMap& map);
 // A light map on the GPU, as snippet/shadow_light_map.glsl reads it.
 class GpuLightMap {
  public:
-    // map: usable. Error: the driver is out of memory, or its textures end below the map's size.
-    static Result<GpuLightMap> upload(const LightMap& map);
+    // map: usable. largestPage: beyond so many texels a side, or the driver's limit, it is cut into pages. Error: the
+    // driver is out of memory, or its textures end below what the pages take.
+    static Result<GpuLightMap> upload(const LightMap& map, std::uint32_t largestPage);
 
     // False when the node is not in the map, or its geometry has not as many triangles.
     bool holds(ContainerId node, const GpuGeometry& geometry) const;
@@ -27,8 +28,9 @@ class GpuLightMap {
     Result<const gl::Buffer*> placesOf(const LightMap& map, ContainerId node, const GpuGeometry& geometry);
     // The atlas and the charts; a surface's places are bound with it.
     void bind() const;
-    std::uint32_t size() const { return _size; }
-    std::uint32_t layers() const { return _layers; }
+    bool isPaged() const { return _pages.columns > 1; }
+    std::uint32_t pageSize() const { return _pages.side; }
+    std::uint32_t layers() const { return _layers; }  // by light and page
     // Of atlas, charts and places.
     std::uint64_t bytes() const;
 
@@ -42,7 +44,7 @@ class GpuLightMap {
         bool isReordered = false;  // as the geometry was when the places were made
         gl::Buffer places;
     };
-    std::uint32_t _size = 0;
+    LightMapPages _pages;
     std::uint32_t _layers = 0;
     gl::Name<gl::deleteTexture> _texels;
     gl::Name<gl::deleteSampler> _sampler;
@@ -54,11 +56,13 @@ class GpuLightMap {
 // The light maps that views use, uploaded when one first asks.
 class GpuLightMaps {
  public:
+    explicit GpuLightMaps(std::uint32_t largestPage) : _largestPage(largestPage) {}
     // Null when there is no such map, or it is not usable.
     Result<GpuLightMap*> find(const Aspect& scene, ContainerId map);
     void forget(ContainerId map) { _maps.erase(map); }
 
  private:
+    std::uint32_t _largestPage;
     std::map<ContainerId, GpuLightMap> _maps;
 };
 

@@ -181,8 +181,8 @@ void bindLightMap(const ViewScene& view, const SurfaceItem& item) {
     item.lightMapPlaces->bindBase(GL_SHADER_STORAGE_BUFFER, GpuLightMap::kPlacesBinding);
 }
 
-GpuScene::GpuScene(std::size_t textureBudgetBytes, int maxTextureSize, bool passesConstants)
-    : _textures(textureBudgetBytes, maxTextureSize), _passesConstants(passesConstants) {}
+GpuScene::GpuScene(std::size_t textureBudgetBytes, int maxTextureSize, std::uint32_t largestPage, bool passesConstants)
+    : _textures(textureBudgetBytes, maxTextureSize), _passesConstants(passesConstants), _lightMaps(largestPage) {}
 
 void GpuScene::changed(const ChangeList& changes, const Aspect& scene) {
     for (const ContainerChange& change : changes.changed) {
@@ -348,6 +348,8 @@ Result<ViewScene> GpuScene::prepare(const Aspect& scene, const View& view, std::
         // What is not in the light map has maps instead.
         if (!item.isInLightMap && has(run.features, Feature::ShadowLightMap))
             run.features = (run.features & ~bit(Feature::ShadowLightMap)) | bit(Feature::ShadowMixed);
+        if (has(run.features, Feature::ShadowLightMap) && result.lightMap->isPaged())
+            run.features |= bit(Feature::ShadowLightMapPages);
         const FeatureSet attributes = item.geometry->attributes();
         item.features = surfaceFeatures(*item.material, attributes, run, shading) | fogFeature(result.fog);
         if (isLit && result.environments[item.run]) item.features |= bit(Feature::Environment);

@@ -80,8 +80,8 @@ struct ViewScene {
 // The scene on the GPU. Follows change lists; a frame costs what changed plus a pass over the draw items.
 class GpuScene {
  public:
-    // passesConstants: Workaround::LlvmpipeGathersConstants is in force.
-    GpuScene(std::size_t textureBudgetBytes, int maxTextureSize, bool passesConstants);
+    // largestPage: of light maps (GpuLightMap::upload). passesConstants: Workaround::LlvmpipeGathersConstants is in force.
+    GpuScene(std::size_t textureBudgetBytes, int maxTextureSize, std::uint32_t largestPage, bool passesConstants);
 
     void changed(const ChangeList& changes, const Aspect& scene);
     // Brings geometries that are on the GPU up to date.

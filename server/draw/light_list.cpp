@@ -178,6 +178,7 @@ LightList listLights(const Aspect& scene, const SceneTree& tree, const View& vie
                 const ShadowDemand demand = module->demand(fit);
                 if (demand.inLightMap ? fit.layer >= lightMapLayers : fit.mapSize == 0 && !demand.inView) continue;
                 gpu::GpuShadow shadow = module->describe(fit, view.eyeWorld);
+                if (demand.inLightMap) shadow.mapSize = static_cast<float>(lightMap->size.get());
                 const auto index = static_cast<std::uint32_t>(list.shadows.size());
                 if (!demand.inLightMap && !demand.inView) {
                     shadow.layer = static_cast<float>(maps++);

@@ -59,7 +59,7 @@ ViewDemand demandOf(const Aspect& scene, const ViewScene& view) {
     }
     demand.copiedMaps = std::any_of(view.lights.runs.begin(), view.lights.runs.end(),
                                     [](const LightList::Run& run) { return has(run.features, Feature::ShadowCopy); });
-    if (view.lightMap) demand.lightMap = {view.lightMap->size(), view.lightMap->layers(), view.lightMap->bytes()};
+    if (view.lightMap) demand.lightMap = {view.lightMap->pageSize(), view.lightMap->layers(), view.lightMap->bytes()};
     demand.screen = view.screen;
     demand.show = view.viewport->show;
     if (const ShownLight shown = shownLightOf(view); shown.parts > 0) {
@@ -88,7 +88,7 @@ class SceneRenderer final : public Renderer {
  public:
     SceneRenderer(gl::HeadlessContext& context, const Options& options, const gl::Workarounds& workarounds)
         : _limits(context.info().limits),
-          _scene(options.textureBudgetBytes, _limits.maxTextureSize,
+          _scene(options.textureBudgetBytes, _limits.maxTextureSize, options.largestLightMapPage,
                  workarounds.isActive(gl::Workaround::LlvmpipeGathersConstants)),
           _painter(_scene, _shaders, _targets, {_limits.maxViewportWidth, _limits.maxViewportHeight}),
           _timer(frameTimer(workarounds)) {}

@@ -33,7 +33,8 @@ class Renderer {
  public:
     struct Options {
         std::size_t textureBudgetBytes = std::size_t{4} << 30;
-        std::vector<std::string> disabledWorkarounds;  // by name (gl/workarounds.h)
+        std::uint32_t largestLightMapPage = 0xffffffffu;  // texels a side; the driver's limit where that is less
+        std::vector<std::string> disabledWorkarounds;     // by name (gl/workarounds.h)
     };
     static Result<std::unique_ptr<Renderer>> create(gl::HeadlessContext& context, const Options& options);
     virtual ~Renderer() = default;

@@ -29,6 +29,7 @@ enum class ShadowFeature : std::uint32_t {
     Bounds,          // they read the bounds of blocks of texels first
     View,            // no maps: the view's own darkness images
     LightMap,        // some light's factors are in the light map, and the surface is
+    LightMapPages,   // with it: the atlas takes several textures
     Mixed,           // some light is in the light map, and some has maps
     Copy,            // filters read the maps' depths from a buffer (ShadowMaps::reserve)
     Filter6,         // with it: filters have 6 x 6 samples

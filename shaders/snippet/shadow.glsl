@@ -85,7 +85,7 @@ float shadowFactor_maps(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
 float shadowFactor_lightMap(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
     float factor = 1.0;
 #if defined(FEATURE_SHADOW_LIGHT_MAP) && !defined(VERTEX_STAGE)
-    factor = lightMapAt(shadowAt(shadow).layer);
+    factor = lightMapAt(shadow);
 #endif
     if (shadowAt(shadow).besideMap == 0u) return factor;
     uint moving = shadow + shadowAt(shadow).besideMap;
@@ -106,7 +106,7 @@ float shadowFactor(uint shadow, vec3 relative, vec3 normal, vec3 toLight) {
 #elif defined(VERTEX_STAGE)
     return 1.0;  // vertices have no place in the atlas, and none asks
 #else
-    return lightMapAt(shadowAt(shadow).layer);  // no light has a map
+    return lightMapAt(shadow);  // no light has a map
 #endif
 }
 #endif

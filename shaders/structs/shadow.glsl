@@ -6,7 +6,7 @@ const uint kShadowSingle = 0u;
 const uint kShadowCube = 1u;        // six of these in a row, +x -x +y -y +z -z
 const uint kShadowHemisphere = 2u;  // two of these in a row, -z +z of the light
 const uint kShadowInView = 3u;      // no map: a layer of the darkness images
-const uint kShadowLightMap = 4u;    // a layer of the light map
+const uint kShadowLightMap = 4u;    // a light of the light map: its number and the atlas' size are layer and mapSize
 
 const uint kNoChart = 0xffffffffu;  // of a triangle in no light map
 

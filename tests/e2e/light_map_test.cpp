@@ -117,10 +117,15 @@ TEST_F(LightMaps, OfACasterThatMovedGiveStandardMapsAndOneWarning) {
 }
 
 TEST_F(LightMaps, SizesThatCannotBeAreRefused) {
-    for (const char* size : {"0", "-1", "16385", "4000000000"})
-        expectRefused(bake({"--light-map", size}), "expected 1 to 16384");
+    for (const char* size : {"0", "-1", "32768", "4000000000"})
+        expectRefused(bake({"--light-map", size}), "expected 1 to 32767");
+    // Four pages of 256 MiB for each of two lights.
+    expectRefused(bake({"--light-map", "32767"}, {"--light", "dir:0.5,-1,-0.2", "--light", "dir:-0.5,-1,-0.2"}),
+                  "are 2048 MiB, more than the 1024");
+    expectRefused(bake({"--light-map", "16385", "--atlas", folder / "atlas.exr"}), "--atlas: a picture has 16384");
     expectRefused(bake({"--light-map", "2"}), "too small for the 7 charts");
     expectRefused(bake({"--light-map", "x"}), "--light-map");
+    expectRefused(bake({"--light-map", "64"}, {"--light", "none"}), "without any there is nothing to bake");
     EXPECT_FALSE(std::filesystem::exists(scene + ".umlight"));
 }
 

@@ -109,7 +109,7 @@ class DrawTest : public ::testing::Test {
         auto created = gl::HeadlessContext::create();
         ASSERT_TRUE(created) << created.error().message;
         context.emplace(std::move(*created));
-        auto made = Renderer::create(*context, {});
+        auto made = Renderer::create(*context, rendererOptions);
         ASSERT_TRUE(made) << made.error().message;
         renderer = std::move(*made);
         types = std::make_unique<TypeRegistry>();
@@ -327,6 +327,7 @@ class DrawTest : public ::testing::Test {
     }
 
     std::optional<gl::HeadlessContext> context;
+    Renderer::Options rendererOptions;  // of the next SetUp()
     std::unique_ptr<Renderer> renderer;
     std::unique_ptr<TypeRegistry> types;
     IdSource ids;

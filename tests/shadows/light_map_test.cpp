@@ -49,6 +49,49 @@ TEST_F(LightMaps, ErrorFallsWithTheAtlasAndNoMapIsDrawn) {
     EXPECT_NE(renderer->explain().find("light map 0: R8"), std::string::npos) << renderer->explain();
 }
 
+// Pages of 100 texels: seams cross the floor and the houses.
+TEST_F(LightMaps, InPagesGiveThePictureOfOneTexture) {
+    std::vector<WallImage> whole;
+    for (const std::uint32_t page : {0xffffffffu, 100u}) {
+        rendererOptions.largestLightMapPage = page;
+        SetUp();
+        if (HasFatalFailure()) return;
+        buildTown(15.0, 25);
+        const Ref<Node> top = root;
+        const auto lamp = scene->create<PointLight>("lamp");
+        scene->edit(lamp).set<&PointLight::beacon>(placed(root, toWorld({2, 14, 3})));
+        root = node(root, lamp);
+        finishScene(LightPlace::Directional, {0, 0, 0}, {0.5, -0.7, -0.3});
+        root = top;
+        look({0, 10, 16}, {0, 1, 0});
+        bake(350);
+        if (HasFatalFailure()) return;
+        const auto images = drawWall(resolved({240, 150}));
+        ASSERT_EQ(images.size(), 5u);
+        EXPECT_EQ(statistics.shadowTriangles, 0u);
+        const std::string plan = renderer->explain();
+        if (page == 0xffffffffu) {
+            EXPECT_NE(plan.find("R8 and charts 350x350 x2 "), std::string::npos) << plan;
+            EXPECT_EQ(plan.find("light-map-pages"), std::string::npos) << plan;
+            whole = images;
+            continue;
+        }
+        EXPECT_NE(plan.find("light-map-pages"), std::string::npos) << plan;
+        EXPECT_NE(plan.find("R8 and charts 89x89 x32 "), std::string::npos) << plan;
+        for (std::size_t light = 3; light < 5; ++light) {
+            std::size_t dark = 0, partly = 0;
+            for (std::size_t i = 0; i < images[light].values.size(); ++i) {
+                // Weights between texels have 8 bits.
+                ASSERT_NEAR(images[light].values[i], whole[light].values[i], 1.5 / 256) << light << ": " << i;
+                dark += images[light].values[i] < 0.5f ? 1 : 0;
+                partly += images[light].values[i] > 0.1f && images[light].values[i] < 0.9f ? 1 : 0;
+            }
+            EXPECT_GT(dark, 1000u);
+            EXPECT_GT(partly, 500u);
+        }
+    }
+}
+
 TEST_F(LightMaps, AreTrueForLampsAndSpotsToo) {
     for (const LightPlace place : {LightPlace::Point, LightPlace::Spot}) {
         SetUp();

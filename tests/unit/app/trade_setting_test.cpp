@@ -24,6 +24,23 @@ class Settings : public testing::Test {
     Ref<Viewport> viewport;
 };
 
+TEST(Techniques, NameAModeAndItsFitOrWhatALightMapIsBakedFrom) {
+    const auto plain = parseTechnique("light-map"), rays = parseTechnique("light-map:rays"),
+               drawn = parseTechnique("light-map:ppcf"), fitted = parseTechnique("light-map:scene");
+    ASSERT_TRUE(plain && rays && drawn && fitted);
+    EXPECT_EQ(plain->mode, ShadowMode::LightMap);
+    EXPECT_FALSE(plain->bakedFrom || plain->fit || rays->bakedFrom || rays->fit || fitted->bakedFrom || drawn->fit);
+    EXPECT_EQ(drawn->mode, ShadowMode::LightMap);
+    EXPECT_EQ(drawn->bakedFrom, ShadowMode::PercentageCloserSoft);
+    EXPECT_EQ(fitted->fit, ShadowFitMode::Scene);
+    EXPECT_EQ(parseTechnique("lisp:per-view")->fit, ShadowFitMode::PerView);
+    for (const char* text : {"std:pcf", "std:rays", "light-map:lisp", "light-map:zfail",
+                             "light-map:", "light-map:std:scene", "light-map:light-map", ":std", "wishes"})
+        EXPECT_FALSE(parseTechnique(text)) << text;
+    EXPECT_EQ(listOf("a,b:c,,d"), (std::vector<std::string>{"a", "b:c", "", "d"}));
+    EXPECT_TRUE(listOf("").empty());
+}
+
 TEST_F(Settings, WhatOneSetsIsPutBackBeforeTheNext) {
     scene.edit(viewport).set<&Viewport::range>(0.4f).set<&Viewport::filterWidth>(3.0f);
     SettingSwitch settings(scene, window);

@@ -127,6 +127,29 @@ TEST_F(StoredTradeFile, ComesBackAsItWas) {
     }
 }
 
+TEST(StoredTradeChoice, ThatCannotBeDrawnIsFollowedByTheCheapestThatIsNoMoreWrongElseByTheMostAccurate) {
+    StoredTrade trade;
+    trade.chosen = {{"b", 64, {}, {}, {}}, 0.02, 2.0, 2.0};
+    trade.front = {{{"a", 64, {}, {}, {}}, 0.05, 1.0, 1.0},
+                   trade.chosen,
+                   {{"c", 64, {}, {}, {}}, 0.02, 3.0, 3.0},
+                   {{"d", 64, {}, {}, {}}, 0.01, 4.0, 4.0}};
+    const auto next = [&](const std::string& possible) {
+        const auto setting = nextChoice(
+            trade, [&](const TradeSetting& one) { return possible.find(one.technique) != std::string::npos; });
+        return setting ? setting->technique : std::string("none");
+    };
+    EXPECT_EQ(next("acd"), "c");
+    EXPECT_EQ(next("ad"), "d");
+    EXPECT_EQ(next("a"), "a");
+    EXPECT_EQ(next(""), "none");
+    EXPECT_EQ(next("abcd"), "b");
+    trade.front.insert(trade.front.begin(), {{"e", 64, {}, {}, {}}, 0.04, 0.5, 0.5});
+    EXPECT_EQ(next("ae"), "e");
+    trade.front.clear();
+    EXPECT_EQ(next("abcd"), "none");
+}
+
 TEST_F(StoredTradeFile, IsNoneWhereThereIsNoneAndAnErrorWhereItIsBroken) {
     const auto none = readTrade(folder / "absent.umtrade.json");
     ASSERT_TRUE(none);
