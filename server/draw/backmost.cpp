@@ -5,8 +5,9 @@
 namespace umbriel {
 namespace {
 
-// Of the largest coordinate: of floats, and of transforms between them.
-constexpr double kRounding = 2.5e-7;
+// Of floats in a scene of some size, and of doubles at a place.
+constexpr double kFloatRounding = 2.5e-7;
+constexpr double kDoubleRounding = 1e-14;
 
 }  // namespace
 
@@ -32,7 +33,8 @@ BoxFaces backmostFaces(BoxFaces faces, const Box& item, const glm::dmat4& worldF
                        const ShadowFit& fit) {
     BoxFaces backmost = 0;
     if (faces == 0 || item.empty() || scene.empty()) return backmost;
-    const double largest = std::max({glm::length(scene.lower), glm::length(scene.upper), scene.diagonal()});
+    const double rounding = kFloatRounding * scene.diagonal() +
+                            kDoubleRounding * std::max(glm::length(scene.lower), glm::length(scene.upper));
     for (int axis = 0; axis < 3; ++axis) {
         // The plane of the face, turned towards the light.
         const glm::dvec3 along(worldFromObject[(axis + 1) % 3]);
@@ -51,7 +53,7 @@ BoxFaces backmostFaces(BoxFaces faces, const Box& item, const glm::dmat4& worldF
             const glm::dvec3 n = normal * ((towards > 0.0 ? 1.0 : -1.0) / length);
             glm::dvec3 deepest;
             for (int i = 0; i < 3; ++i) deepest[i] = n[i] > 0.0 ? scene.lower[i] : scene.upper[i];
-            if (glm::dot(n, deepest - onWorld) >= -kRounding * largest) backmost |= face;
+            if (glm::dot(n, deepest - onWorld) >= -rounding) backmost |= face;
         }
     }
     return backmost;

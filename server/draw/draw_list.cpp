@@ -132,6 +132,7 @@ void markReceivers(const ViewScene& scene, const Frustum& frustum, std::span<Cas
 namespace {
 
 BoxFaces backmostOf(const ViewScene& scene, const SurfaceItem& item, const ShadowFit& fit) {
+    if (scene.isMapShown()) return 0;
     return backmostFaces(item.geometry->flatBoxFaces(), item.geometry->box(), item.worldFromObject, scene.boxWorld, fit);
 }
 

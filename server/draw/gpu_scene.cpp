@@ -176,6 +176,12 @@ ShownLight shownLightOf(const ViewScene& view) {
     return shown;
 }
 
+bool ViewScene::isMapShown() const {
+    if (!viewport) return false;
+    const ShadowShow show = viewport->show;
+    return show == ShadowShow::ShadowMap || show == ShadowShow::SeenArea;
+}
+
 void bindLightMap(const ViewScene& view, const SurfaceItem& item) {
     view.lightMap->bind();
     item.lightMapPlaces->bindBase(GL_SHADER_STORAGE_BUFFER, GpuLightMap::kPlacesBinding);

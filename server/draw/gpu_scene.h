@@ -73,6 +73,8 @@ struct ViewScene {
     std::vector<std::optional<EnvironmentUse>> environments;  // by run; none: no environment lights it
     std::vector<Deformer::Size> deformed;  // of the geometries that are not at rest
     GpuLightMap* lightMap = nullptr;       // null: no light's factors are in one
+    // People who look at a map want to see all that casts.
+    bool isMapShown() const;
     // By ShadowCasters: a hash of everything that shadow maps are drawn from, beside their fits.
     std::array<std::uint64_t, 3> casterStates{};
 };

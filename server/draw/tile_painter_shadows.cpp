@@ -7,11 +7,6 @@
 namespace umbriel {
 namespace {
 
-bool isMapShown(const ViewScene& scene) {
-    const ShadowShow show = scene.viewport->show;
-    return show == ShadowShow::ShadowMap || show == ShadowShow::SeenArea;
-}
-
 // Of the view's maps, for a shadow that has one.
 std::uint32_t mapLayerOf(const ViewPainting& painting, std::uint32_t shadow) {
     return static_cast<std::uint32_t>(painting.scene.lights.shadows[shadow].layer);
@@ -39,7 +34,7 @@ Result<void> TilePainter::paintShadows(const Aspect& scene, const FramePlan& pla
             painting.masks.emplace_back(*painting.scene.lights.fits[shadow], view.eyeWorld);
             if (painting.scene.lights.fits[shadow]->mapSize == 0) continue;  // beside maps: a light map
             // What is shown is all of the map, not what this tile reads of it.
-            if (isMapShown(painting.scene) ||
+            if (painting.scene.isMapShown() ||
                 (isKept(painting, shadow) &&
                  painting.shadowMaps->drawn[mapLayerOf(painting, shadow)].mask->isEverything()))
                 painting.masks.back().markEverything();
