@@ -43,8 +43,9 @@ double reachAlong(const Box3d& box, const glm::dvec3& normal) {
 
 glm::dvec4 towardsLights(const glm::dvec4& planeWorld, const std::vector<LightInEffect>& lights) {
     const auto isLitAs = [&](const glm::dvec4& plane) {
-        return std::any_of(lights.begin(), lights.end(),
-                           [&](const LightInEffect& light) { return light.castsShadow && isLit(plane, light); });
+        return std::any_of(lights.begin(), lights.end(), [&](const LightInEffect& light) {
+            return light.castsShadow && light.kind == LightKind::Directional && isLit(plane, light);
+        });
     };
     return isLitAs(-planeWorld) && !isLitAs(planeWorld) ? -planeWorld : planeWorld;
 }
