@@ -42,12 +42,15 @@ double reachAlong(const Box3d& box, const glm::dvec3& normal) {
 }  // namespace
 
 glm::dvec4 towardsLights(const glm::dvec4& planeWorld, const std::vector<LightInEffect>& lights) {
-    const auto isLitAs = [&](const glm::dvec4& plane) {
-        return std::any_of(lights.begin(), lights.end(), [&](const LightInEffect& light) {
-            return light.castsShadow && light.kind == LightKind::Directional && isLit(plane, light);
-        });
+    const auto shinesOn = [](const glm::dvec4& plane, bool sunsOnly) {
+        return [&plane, sunsOnly](const LightInEffect& light) {
+            return light.castsShadow && (!sunsOnly || light.kind == LightKind::Directional) && isLit(plane, light);
+        };
     };
-    return isLitAs(-planeWorld) && !isLitAs(planeWorld) ? -planeWorld : planeWorld;
+    const glm::dvec4 other = -planeWorld;
+    const bool isTurned = std::ranges::any_of(lights, shinesOn(other, true)) &&
+                          std::ranges::none_of(lights, shinesOn(planeWorld, false));
+    return isTurned ? other : planeWorld;
 }
 
 bool touches(const glm::dvec4& planeWorld, const Box3d& box) {

@@ -14,7 +14,7 @@ namespace umbriel {
 std::optional<glm::dvec4> largestLitPlane(const Aspect& aspect, Ref<Node> root, const Box3d& sceneBounds,
                                           const std::vector<LightInEffect>& lights);
 
-// The plane with its normal on the side from which suns that cast shadows shine, where all do from the same one: a
+// The plane with its normal on the side from which suns that cast shadows shine, where no light does from the other: a
 // plane that somebody names has none. Else as it is.
 glm::dvec4 towardsLights(const glm::dvec4& planeWorld, const std::vector<LightInEffect>& lights);
 
