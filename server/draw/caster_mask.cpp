@@ -44,21 +44,24 @@ std::array<glm::dvec3, 8> cornersRelative(const Box& box, const glm::dmat4& rela
     return corners;
 }
 
-// The x range of a convex polygon between two heights; empty when first > second.
-std::pair<double, double> rangeInBand(std::span<const glm::dvec2> hull, double bottom, double top) {
-    std::pair<double, double> range{1e300, -1e300};
-    const auto add = [&](double x) {
-        range.first = std::min(range.first, x);
-        range.second = std::max(range.second, x);
-    };
-    for (std::size_t i = 0; i < hull.size(); ++i) {
-        const glm::dvec2& a = hull[i];
-        const glm::dvec2& b = hull[(i + 1) % hull.size()];
-        if (a.y >= bottom && a.y <= top) add(a.x);
-        for (const double y : {bottom, top})
-            if ((a.y < y) != (b.y < y)) add(a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y)));
+// Adds to the x ranges of rows what of an edge lies in each: row y is from y - dilation to y + 1 + dilation; ranges
+// begins with row `bottom`.
+void addEdge(std::span<std::pair<double, double>> ranges, int bottom, const glm::dvec2& a, const glm::dvec2& b,
+             double dilation) {
+    const glm::dvec2& low = a.y < b.y ? a : b;
+    const glm::dvec2& high = a.y < b.y ? b : a;
+    const double slope = high.y > low.y ? (high.x - low.x) / (high.y - low.y) : 0.0;
+    const auto rows = static_cast<double>(ranges.size());
+    const auto first = static_cast<std::size_t>(std::clamp(std::ceil(low.y - dilation - bottom - 1.0), 0.0, rows));
+    const auto end = static_cast<std::size_t>(std::clamp(std::floor(high.y + dilation - bottom) + 1.0, 0.0, rows));
+    for (std::size_t i = first; i < end; ++i) {
+        const double from = bottom + static_cast<double>(i) - dilation;
+        const double to = from + 1.0 + 2.0 * dilation;
+        const double x0 = low.y >= from ? low.x : low.x + slope * (from - low.y);
+        const double x1 = high.y <= to ? high.x : low.x + slope * (to - low.y);
+        ranges[i].first = std::min({ranges[i].first, x0, x1});
+        ranges[i].second = std::max({ranges[i].second, x0, x1});
     }
-    return range;
 }
 
 }  // namespace
@@ -74,6 +77,47 @@ CasterMask::CasterMask(const ShadowFit& fit, const glm::dvec3& eyeWorld)
     _isAround = fit.shape == ShadowShape::Hemisphere;
     const glm::dmat3 acrossFromMap = umbriel::acrossFromMap(fit, fit.perspective ? fit.positionWorld : eyeWorld);
     _unwarp = {acrossFromMap[0][2], acrossFromMap[1][2], acrossFromMap[2][2]};
+    _isParallel = fit.shape == ShadowShape::Single && !fit.perspective && !isWarped(fit);
+}
+
+CasterMask::Placed CasterMask::place(const glm::dmat4& relativeFromObject) const {
+    Placed placed{relativeFromObject, glm::dmat4(1.0)};
+    if (!_isParallel) return placed;
+    const double w = _clipFromRelative[3][3];
+    const double half = 0.5 * kCells;
+    // Rows: cells across, cells up, depth.
+    glm::dmat4 mapFromClip(0.0);
+    mapFromClip[0][0] = mapFromClip[1][1] = half / w;
+    mapFromClip[2][2] = 1.0 / (w * _unwarp.z);
+    mapFromClip[3] = {half / w, half / w, 0.0, 1.0 / w};
+    // Without the rounding of a constant w.
+    glm::dmat4 clipFromRelative = _clipFromRelative;
+    for (int i = 0; i < 3; ++i) clipFromRelative[i][3] = 0.0;
+    placed.mapFromObject = mapFromClip * clipFromRelative * relativeFromObject;
+    return placed;
+}
+
+CasterMask::Range CasterMask::rangeOf(const Box& box, const Placed& placed, double dilation) const {
+    const glm::dmat4& map = placed.mapFromObject;
+    const glm::dvec3 middle = box.centre();
+    const glm::dvec3 half = glm::dvec3(box.maximum) - middle;
+    const glm::dvec3 at(map * glm::dvec4(middle, 1.0));
+    const glm::dvec3 around = glm::abs(glm::dvec3(map[0])) * half.x + glm::abs(glm::dvec3(map[1])) * half.y +
+                              glm::abs(glm::dvec3(map[2])) * half.z;
+    const auto cell = [](double place) {
+        return static_cast<int>(std::floor(std::clamp(place, -1.0, double{kCells})));
+    };
+    const int left = cell(at.x - around.x - dilation);
+    const int right = cell(at.x + around.x + dilation);
+    const int bottom = cell(at.y - around.y - dilation);
+    const int top = cell(at.y + around.y + dilation);
+    return {.left = std::max(left, 0),
+            .right = std::min(right, kCells - 1),
+            .bottom = std::max(bottom, 0),
+            .top = std::min(top, kCells - 1),
+            .nearest = at.z + around.z,
+            .farthest = at.z - around.z,
+            .isWhole = left >= 0 && bottom >= 0 && right < kCells && top < kCells};
 }
 
 CasterMask::Footprint& CasterMask::footprintOf(std::span<const glm::dvec3> pointsRelative) const {
@@ -116,7 +160,7 @@ void CasterMask::visitRows(Footprint& footprint, double dilation, Visit&& visit)
         }
     }
     const auto cell = [](double place) {
-        return static_cast<int>(std::clamp(std::floor(place), -1.0, double{kCells}));
+        return static_cast<int>(std::floor(std::clamp(place, -1.0, double{kCells})));
     };
     const int left = std::max(cell(minimum.x - dilation), 0);
     const int right = std::min(cell(maximum.x + dilation), kCells - 1);
@@ -124,12 +168,18 @@ void CasterMask::visitRows(Footprint& footprint, double dilation, Visit&& visit)
     const int top = std::min(cell(maximum.y + dilation), kCells - 1);
     // Of a few cells the hull leaves out less than finding it costs.
     const bool precise = !everything && right - left > 4 && top - bottom > 4;
-    if (precise) convexHull(footprint.points, footprint.hull);
+    if (precise) {
+        convexHull(footprint.points, footprint.hull);
+        footprint.ranges.assign(static_cast<std::size_t>(top - bottom + 1), {1e300, -1e300});
+        for (std::size_t i = 0; i < footprint.hull.size(); ++i)
+            addEdge(footprint.ranges, bottom, footprint.hull[i], footprint.hull[(i + 1) % footprint.hull.size()],
+                    dilation);
+    }
     for (int y = bottom; y <= top; ++y) {
         int from = left;
         int to = right;
         if (precise) {
-            const auto [first, last] = rangeInBand(footprint.hull, y - dilation, y + 1 + dilation);
+            const auto [first, last] = footprint.ranges[static_cast<std::size_t>(y - bottom)];
             if (first > last) continue;
             from = std::max(cell(first - dilation), left);
             to = std::min(cell(last + dilation), right);
@@ -153,40 +203,103 @@ bool CasterMask::covers(const CasterMask& other) const {
     return true;
 }
 
-void CasterMask::addReceiver(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum,
-                             bool isInside) {
-    if (box.empty() || _isEverything || _mapSize == 0) return;
-    if (_isAround) return markEverything();
-    Footprint& footprint = isInside ? footprintOf(cornersRelative(box, relativeFromObject))
-                                    : footprintOf(hullOfIntersection(box, relativeFromObject, frustum));
+void CasterMask::mark(int y, int from, int to, float depth) {
+    float* row = _farthest.data() + static_cast<std::size_t>(y) * kCells;
+    for (int x = from; x <= to; ++x) row[x] = std::min(row[x], depth);
+    if (_marked.empty()) _marked = {from, y, 1, 1};
+    const int right = std::max(_marked.x + _marked.width, to + 1);
+    const int top = std::max(_marked.y + _marked.height, y + 1);
+    _marked.x = std::min(_marked.x, from);
+    _marked.y = std::min(_marked.y, y);
+    _marked.width = right - _marked.x;
+    _marked.height = top - _marked.y;
+}
+
+void CasterMask::addFootprint(Footprint& footprint) {
     if (footprint.kind == Footprint::Kind::Nothing) return;
     const double farthest = footprint.kind == Footprint::Kind::Everything ? 0.0 : footprint.farthest;
-    const auto depth = _isAnyDepth ? -1.0f : static_cast<float>(std::clamp(farthest - kDepthMargin, -1.0, 1.0));
+    const float depth = depthBehind(farthest);
     visitRows(footprint, _dilation, [&](int y, int from, int to) {
-        float* row = _farthest.data() + static_cast<std::size_t>(y) * kCells;
-        for (int x = from; x <= to; ++x) row[x] = std::min(row[x], depth);
-        if (_marked.empty()) _marked = {from, y, 1, 1};
-        const int right = std::max(_marked.x + _marked.width, to + 1);
-        const int top = std::max(_marked.y + _marked.height, y + 1);
-        _marked.x = std::min(_marked.x, from);
-        _marked.y = std::min(_marked.y, y);
-        _marked.width = right - _marked.x;
-        _marked.height = top - _marked.y;
+        mark(y, from, to, depth);
         return true;
     });
 }
 
-bool CasterMask::casts(const Box& box, const glm::dmat4& relativeFromObject) const {
+float CasterMask::depthBehind(double farthest) const {
+    return _isAnyDepth ? -1.0f : static_cast<float>(std::clamp(farthest - kDepthMargin, -1.0, 1.0));
+}
+
+void CasterMask::addReceiver(const Box& box, const Placed& placed) {
+    if (box.empty() || _isEverything || _mapSize == 0) return;
+    if (_isAround) return markEverything();
+    if (_isParallel) {
+        const Range range = rangeOf(box, placed, _dilation);
+        if (range.isFew()) {
+            const float depth = depthBehind(range.farthest);
+            for (int y = range.bottom; y <= range.top && range.left <= range.right; ++y)
+                mark(y, range.left, range.right, depth);
+            return;
+        }
+    }
+    addFootprint(footprintOf(cornersRelative(box, placed.relativeFromObject)));
+}
+
+void CasterMask::addReceiver(std::span<const glm::dvec3> pointsRelative) {
+    if (_isEverything || _mapSize == 0) return;
+    if (_isAround) return markEverything();
+    addFootprint(footprintOf(pointsRelative));
+}
+
+void CasterMask::addReceiver(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum,
+                             bool isInside) {
+    if (box.empty()) return;
+    if (isInside) return addReceiver(box, place(relativeFromObject));
+    addReceiver(hullOfIntersection(box, relativeFromObject, frustum));
+}
+
+CasterMask::Casting CasterMask::castingWithin(const Box& box, const Placed& placed) const {
+    if (box.empty() || empty()) return Casting::False;
+    if (_isEverything) return Casting::True;
+    if (!_isParallel) return casts(box, placed) ? Casting::Unknown : Casting::False;
+    const Range range = rangeOf(box, placed, 0.0);
+    bool anyMet = false;
+    bool allMet = range.isWhole;
+    for (int y = range.bottom; y <= range.top; ++y) {
+        const float* row = _farthest.data() + static_cast<std::size_t>(y) * kCells;
+        for (int x = range.left; x <= range.right; ++x) {
+            const bool isMarked = row[x] < kUnmarked;
+            const auto depth = static_cast<double>(row[x]);
+            anyMet |= isMarked && depth <= range.nearest + kDepthMargin;
+            allMet &= isMarked && depth <= range.farthest + kDepthMargin;
+            if (anyMet && !allMet) return Casting::Unknown;
+        }
+    }
+    return anyMet ? Casting::True : Casting::False;
+}
+
+bool CasterMask::casts(const Box& box, const Placed& placed) const {
     if (box.empty() || empty()) return false;
     if (_isEverything) return true;
-    Footprint& footprint = footprintOf(cornersRelative(box, relativeFromObject));
+    // Unmarked cells hold 2, but a caster before the near plane may have any depth.
+    const auto isMet = [&](int y, int from, int to, double nearest) {
+        const float* row = _farthest.data() + static_cast<std::size_t>(y) * kCells;
+        for (int x = from; x <= to; ++x)
+            if (row[x] < kUnmarked && static_cast<double>(row[x]) <= nearest) return true;
+        return false;
+    };
+    if (_isParallel) {
+        const Range range = rangeOf(box, placed, 0.0);
+        bool isFound = false;
+        for (int y = range.bottom; y <= range.top && !isFound; ++y)
+            isFound = isMet(y, range.left, range.right, range.nearest + kDepthMargin);
+        if (!isFound || range.isFew()) return isFound;
+    }
+    Footprint& footprint = footprintOf(cornersRelative(box, placed.relativeFromObject));
     if (footprint.kind == Footprint::Kind::Nothing) return false;
     const double nearest = footprint.kind == Footprint::Kind::Everything ? 1.0 : footprint.nearest + kDepthMargin;
     bool found = false;
     visitRows(footprint, 0.0, [&](int y, int from, int to) {
-        // Unmarked cells hold 2, but a caster before the near plane may have any depth.
-        const float* row = _farthest.data() + static_cast<std::size_t>(y) * kCells;
-        for (int x = from; x <= to && !found; ++x) found = row[x] < kUnmarked && static_cast<double>(row[x]) <= nearest;
+        found = isMet(y, from, to, nearest);
         return !found;
     });
     return found;

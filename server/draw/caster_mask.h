@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "server/draw/culling.h"
@@ -16,11 +18,27 @@ class CasterMask {
 
     CasterMask(const ShadowFit& fit, const glm::dvec3& eyeWorld);
 
-    // A box that is visible in the tile, placed by relativeFromObject; of a box that is only partly inside the tile's
-    // frustum the inner part counts.
+    // Where an object lies, worked out once for all of its boxes.
+    struct Placed {
+        glm::dmat4 relativeFromObject{1.0};
+        glm::dmat4 mapFromObject{1.0};  // of a plain map of parallel light: to cells, cells, depth
+    };
+    Placed place(const glm::dmat4& relativeFromObject) const;
+
+    // A box all of which is visible in the tile.
+    void addReceiver(const Box& box, const Placed& placed);
+    // What lies between some points is.
+    void addReceiver(std::span<const glm::dvec3> pointsRelative);
+    // Of a box that is only partly inside the tile's frustum the inner part counts.
     void addReceiver(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum, bool isInside);
     // False when the box can darken nothing that was added.
-    bool casts(const Box& box, const glm::dmat4& relativeFromObject) const;
+    bool casts(const Box& box, const Placed& placed) const;
+    bool casts(const Box& box, const glm::dmat4& relativeFromObject) const {
+        return casts(box, place(relativeFromObject));
+    }
+    // The same about all boxes in a box: True that they cast, False that they do not.
+    enum class Casting { False, Unknown, True };
+    Casting castingWithin(const Box& box, const Placed& placed) const;
 
     bool empty() const { return _marked.empty(); }
     // Of the fit.
@@ -37,12 +55,27 @@ class CasterMask {
     struct Footprint {
         std::vector<glm::dvec2> points;  // in cells
         std::vector<glm::dvec2> hull;
+        std::vector<std::pair<double, double>> ranges;  // of x, by row
         double nearest = 0.0;  // reversed depth: the largest
         double farthest = 0.0;
         enum class Kind { Projected, Everything, Nothing } kind = Kind::Nothing;
     };
+    // Of cells, both ends included; depths as in Footprint.
+    struct Range {
+        int left, right, bottom, top;
+        double nearest, farthest;
+        bool isWhole;  // all of it lies on the map
+        // Of a few cells the hull leaves out less than finding it costs.
+        bool isFew() const { return right - left <= 4 || top - bottom <= 4; }
+    };
+    // On a plain map of parallel light.
+    Range rangeOf(const Box& box, const Placed& placed, double dilation) const;
     // Valid until the next call: there are thousands a frame, which share their memory.
     Footprint& footprintOf(std::span<const glm::dvec3> pointsRelative) const;
+    void addFootprint(Footprint& footprint);
+    // What is kept of a receiver's depth.
+    float depthBehind(double farthest) const;
+    void mark(int y, int from, int to, float depth);
     template <class Visit>
     void visitRows(Footprint& footprint, double dilation, Visit&& visit) const;
 
@@ -56,6 +89,7 @@ class CasterMask {
     PixelRect _marked;             // cells
     mutable Footprint _footprint;
     bool _isEverything = false;
+    bool _isParallel = false;  // and not warped: places on the map depend on those in the world linearly
     bool _isAround = false;  // no projective map: its lookups are not told apart
 };
 

@@ -133,15 +133,23 @@ std::vector<glm::dvec3> hullOfIntersection(const Box& box, const glm::dmat4& rel
     std::vector<glm::dvec3> points;
     std::array<glm::dvec3, 8> corners = box.corners();
     for (glm::dvec3& corner : corners) corner = glm::dvec3(relativeFromObject * glm::dvec4(corner, 1.0));
+    // The planes that cut it.
+    std::array<bool, 6> isCut{};
+    for (std::size_t i = 0; i < isCut.size(); ++i) {
+        const Plane& plane = frustum.planes[i];
+        std::size_t inside = 0;
+        for (const glm::dvec3& corner : corners) inside += glm::dot(glm::dvec3(plane), corner) + plane.w >= 0.0;
+        if (inside == 0) return points;
+        isCut[i] = inside < corners.size();
+    }
     std::vector<glm::dvec3> polygon;
     for (const auto& face : kBoxFaces) {
         polygon.assign({corners[face[0]], corners[face[1]], corners[face[2]], corners[face[3]]});
-        for (const Plane& plane : frustum.planes) {
-            clipPolygon(polygon, plane);
-            if (polygon.empty()) break;
-        }
+        for (std::size_t i = 0; i < isCut.size() && !polygon.empty(); ++i)
+            if (isCut[i]) clipPolygon(polygon, frustum.planes[i]);
         points.insert(points.end(), polygon.begin(), polygon.end());
     }
+    if (!isCut[4]) return points;
     // A corner of the frustum inside the box is a vertex of the intersection that no face of the box shows.
     const glm::dmat4 objectFromRelative = glm::inverse(relativeFromObject);
     for (const glm::dvec3& corner : frustum.nearCorners) {

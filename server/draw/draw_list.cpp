@@ -112,20 +112,30 @@ DrawList listVisible(const ViewScene& scene, const Frustum& frustum) {
 }
 
 void markReceivers(const ViewScene& scene, const Frustum& frustum, std::span<CasterMask> masks) {
-    const auto mark = [&](const SurfaceItem& item, const Box& box, bool isInside) {
+    std::vector<CasterMask::Placed> placed(masks.size());  // the item at hand
+    std::uint32_t placedItem = UINT32_MAX;
+    const auto mark = [&](std::uint32_t number, const Box& box, bool isInside) {
+        const SurfaceItem& item = scene.items[number];
         if (!has(item.features, Feature::Shadows) && !has(item.layerFeatures, Feature::Shadows)) return;
-        for (CasterMask& mask : masks)
-            if (mask.casters() != ShadowCasters::Fixed || !item.isInLightMap)
-                mask.addReceiver(box, item.relativeFromObject, frustum, isInside);
+        if (isInside && number != placedItem) {
+            placedItem = number;
+            for (std::size_t i = 0; i < masks.size(); ++i) placed[i] = masks[i].place(item.relativeFromObject);
+        }
+        std::vector<glm::dvec3> points;
+        if (!isInside) points = hullOfIntersection(box, item.relativeFromObject, frustum);
+        for (std::size_t i = 0; i < masks.size(); ++i) {
+            if (masks[i].casters() == ShadowCasters::Fixed && item.isInLightMap) continue;
+            if (isInside)
+                masks[i].addReceiver(box, placed[i]);
+            else
+                masks[i].addReceiver(points);
+        }
     };
     visitVisible(
         scene, frustum,
-        [&](std::uint32_t item, const ClusterGroup& group, const ObjectFrustum&) {
-            mark(scene.items[item], group.box, true);
-        },
+        [&](std::uint32_t item, const ClusterGroup& group, const ObjectFrustum&) { mark(item, group.box, true); },
         [&](std::uint32_t item, std::uint32_t cluster, const ObjectFrustum&, Overlap overlap) {
-            const SurfaceItem& surface = scene.items[item];
-            mark(surface, surface.geometry->clusters()[cluster].box, overlap == Overlap::Inside);
+            mark(item, scene.items[item].geometry->clusters()[cluster].box, overlap == Overlap::Inside);
         });
 }
 
@@ -161,7 +171,10 @@ DrawList listCasters(const ViewScene& scene, const CasterMask& mask, const Shado
     for (std::uint32_t i = 0; i < scene.items.size(); ++i) {
         const SurfaceItem& item = scene.items[i];
         if (!item.castsShadow || !item.isAmong(fit.casters)) continue;
-        if (!mask.casts(item.geometry->box(), item.relativeFromObject)) continue;
+        using Casting = CasterMask::Casting;
+        const CasterMask::Placed placed = mask.place(item.relativeFromObject);
+        const Casting whole = mask.castingWithin(item.geometry->box(), placed);
+        if (whole == Casting::False) continue;
         const bool hidesBacks = isOutside && item.casterFeatures == 0;
         const BoxFaces backmost = backmostOf(scene, item, fit);
         const FacingTest facing = hidesBacks ? FacingTest::ofMap(fit, item.worldFromObject, item.geometry->box(),
@@ -171,12 +184,14 @@ DrawList listCasters(const ViewScene& scene, const CasterMask& mask, const Shado
         const std::span<const Cluster> clusters = item.geometry->clusters();
         const std::span<const ClusterGroup> groups = item.geometry->groups();
         for (const ClusterGroup& group : groups) {
-            if (groups.size() > 1 && !mask.casts(group.box, item.relativeFromObject)) continue;
+            const Casting together =
+                groups.size() > 1 && whole == Casting::Unknown ? mask.castingWithin(group.box, placed) : whole;
+            if (together == Casting::False) continue;
             for (std::uint32_t c = group.firstCluster; c < group.firstCluster + group.clusters; ++c) {
                 if (backmost != 0 && (backmost & faceUnder(clusters[c].box, item.geometry->box())) != 0) continue;
                 const bool isSolid = hidesBacks && !clusters[c].solids.empty();
                 if (isSolid && facing.isTurnedAway(clusters[c].box, clusters[c].normals)) continue;
-                if (clusters.size() == 1 || mask.casts(clusters[c].box, item.relativeFromObject))
+                if (clusters.size() == 1 || together == Casting::True || mask.casts(clusters[c].box, placed))
                     adder.add(i, clusters[c], c, isSolid);
             }
         }

@@ -150,6 +150,45 @@ RC_GTEST_PROP(CasterMask, ACasterOfAVisiblePointIsKept, ()) {
     caster.add(glm::vec3(on - 0.01 - 0.5 * (anyPoint(1.0) + 1.0)));
     caster.add(glm::vec3(on + 0.01));
     RC_ASSERT(mask.casts(caster, identity));
+    RC_ASSERT(mask.castingWithin(caster, mask.place(identity)) != CasterMask::Casting::False);
+}
+
+// What is said of a box holds for every box inside of it.
+RC_GTEST_PROP(CasterMask, WhatIsSaidOfABoxHoldsForItsParts, ()) {
+    glm::dmat4 clip(0.0);  // light straight down: x to x, z to -y of the map
+    clip[0][0] = clip[2][1] = 0.05;
+    clip[1][2] = 0.02;
+    clip[3] = {0.0, 0.0, 0.5, 1.0};
+    CasterMask mask(fitOf(clip, glm::dmat3(1, 0, 0, 0, 0, 1, 0, 1, 0), 512), glm::dvec3(0.0));
+    glm::dmat4 relativeFromObject = glm::rotate(glm::dmat4(1.0), 0.3, anyPoint(1.0) + glm::dvec3(0.0, 2.0, 0.0));
+    relativeFromObject[0] = -relativeFromObject[0];
+    const CasterMask::Placed placed = mask.place(relativeFromObject);
+    for (int i = 0; i < 6; ++i) {
+        Box receiver;
+        const glm::dvec3 at = anyPoint(10.0) * glm::dvec3(1.0, 0.3, 1.0);
+        receiver.add(glm::vec3(at));
+        receiver.add(glm::vec3(at + 4.0 * (anyPoint(1.0) + 1.0)));
+        mask.addReceiver(receiver, placed);
+    }
+    if (*rc::gen::inRange(0, 2) == 0) {
+        Box floor;
+        floor.add(glm::vec3(-14.0f, -9.0f, -14.0f));
+        floor.add(glm::vec3(14.0f, -8.9f, 14.0f));
+        mask.addReceiver(floor, placed);
+    }
+    const Box whole = anyBox(4.0);
+    const CasterMask::Casting casting = mask.castingWithin(whole, placed);
+    for (int i = 0; i < 8; ++i) {
+        Box part;
+        for (int k = 0; k < 2; ++k)
+            part.add(
+                glm::vec3(glm::mix(glm::dvec3(whole.minimum), glm::dvec3(whole.maximum), (anyPoint(1.0) + 1.0) * 0.5)));
+        const bool casts = mask.casts(part, placed);
+        if (casting == CasterMask::Casting::True) RC_ASSERT(casts);
+        if (casting == CasterMask::Casting::False) RC_ASSERT(!casts);
+    }
+    RC_CLASSIFY(casting == CasterMask::Casting::True, "all cast");
+    RC_CLASSIFY(casting == CasterMask::Casting::False, "none casts");
 }
 
 TEST(CasterMask, WhatLiesBehindOrBesideTheReceiversCastsNothingUnlessAFilterAsks) {
