@@ -26,7 +26,7 @@ void convertToFloats(ComponentType type, std::span<const std::byte> bytes, std::
             if (!floats.empty()) std::memcpy(floats.data(), bytes.data(), bytes.size());
             return;
         case ComponentType::Half:
-            return convertEach<std::uint16_t>(bytes, floats, floatFromHalf);
+            return convertEach<std::uint16_t>(bytes, floats, [](std::uint16_t value) { return floatFromHalf(value); });
         case ComponentType::Byte:
             return convertEach<std::uint8_t>(bytes, floats,
                                              [](std::uint8_t value) { return static_cast<float>(value) / 255.0f; });

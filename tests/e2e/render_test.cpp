@@ -5,7 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/image/display.h"
 #include "common/image/exr_io.h"
+#include "common/image/png_io.h"
 #include "tests/e2e/run_program.h"
 #include "tests/support/reserved_port.h"
 #include "tests/support/wait_until.h"
@@ -59,6 +61,34 @@ TEST(Render, ExactTilesAreBitEqualToOneServer) {
             EXPECT_EQ(difference["pixels"], 317 * 179);
         }
     }
+}
+
+// What is only looked at comes in half floats, whoever draws it; what keeps more in floats.
+TEST(Render, ColoursHaveTheBitsThatTheirFilesShow) {
+    const TemporaryFolder folder;
+    const auto with = [&](std::vector<std::string> arguments, const std::string& out) {
+        arguments.insert(arguments.begin(),
+                         {"demo:city?n=60", "--size", "317x179", "--shadow", "std", "--tiles", "exact"});
+        arguments.insert(arguments.end(), {"--out", folder / out});
+        render(arguments);
+        return readFile(folder / out);
+    };
+    const std::string half = with({"--colour-bits", "16"}, "half.png");
+    const std::string whole = with({"--colour-bits", "32"}, "whole.png");
+    EXPECT_EQ(with({}, "default.png"), half);
+    EXPECT_EQ(with({}, "default.exr"), with({"--colour-bits", "32"}, "whole.exr"));
+    EXPECT_NE(with({"--colour-bits", "16"}, "half.exr"), readFile(folder / "default.exr"));
+    EXPECT_EQ(with({"--exposure", "9"}, "far.png"), with({"--exposure", "9", "--colour-bits", "32"}, "farWhole.png"));
+    // A level apart at most: a step of a half is a ninth of one at white, and less in darks.
+    const json difference = compare(folder / "half.png", folder / "whole.png");
+    EXPECT_LE(difference["differing"].get<int>(), 317 * 179 / 9);
+    const auto a = readPng(folder / "half.png"), b = readPng(folder / "whole.png");
+    ASSERT_TRUE(a && b);
+    for (std::size_t i = 0; i < a->rgba.samples().size(); ++i)
+        ASSERT_LE(std::abs(displayByte(a->rgba.samples()[i], 1.0) - displayByte(b->rgba.samples()[i], 1.0)), 1);
+    for (const char* bits : {"8", "16"})
+        EXPECT_EQ(with({"--colour-bits", bits, "--grid", "2x2"}, std::string(bits) + "wall.exr"),
+                  with({"--colour-bits", bits}, std::string(bits) + "one.exr"));
 }
 
 // The default mode has no holes, and few pixels whose last bits cross a rounding border (bounds of the cluster spec).
@@ -218,6 +248,7 @@ TEST(Render, WrongUsageIsRefusedWithCodeTwoAndOneMessage) {
         {"grid finer than pixels", {"--size", "4x4", "--grid", "5x1"}, "--grid"},
         {"grid zero", {"--grid", "0x1"}, "--grid"},
         {"samples", {"--samples", "3"}, "--samples"},
+        {"colour bits", {"--colour-bits", "10"}, "--colour-bits"},
         {"fov", {"--fov", "180"}, "--fov"},
         {"eye is target", {"--eye", "1,2,3", "--target", "1,2,3"}, "--eye"},
         {"nan", {"--eye", "nan,0,0"}, "--eye"},
