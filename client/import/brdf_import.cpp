@@ -12,6 +12,7 @@
 #include <fstream>
 #include <numbers>
 #include <system_error>
+#include <utility>
 
 namespace umbriel {
 namespace {
@@ -19,6 +20,10 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{64} << 20;
 constexpr std::size_t kMaxRows = 1'000'000;
+// The angles of a line of text, and the largest, degrees.
+constexpr std::array<std::pair<const char*, double>, 3> kAngles = {
+    {{"theta_in", 90.0}, {"theta_out", 90.0}, {"phi", 180.0}}};
+constexpr double kAngleRounding = 0.05;  // measured tables write the last one with few digits
 
 // MERL's grid over the angle of the half vector (finer towards 0), the light's angle to it, and its azimuth about it.
 constexpr int kMerlHalf = 90;
@@ -136,6 +141,12 @@ Result<BrdfTable> parseBrdfText(std::string_view text) {
         if (count == 0) continue;
         if (count != row.size())
             return badInput(fmt::format("line {}: has {} numbers; expected theta_in theta_out phi r g b", number, count));
+        for (std::size_t axis = 0; axis < kAngles.size(); ++axis) {
+            const auto& [name, last] = kAngles[axis];
+            if (row[axis] >= 0.0 && row[axis] <= last + kAngleRounding) continue;
+            return badInput(
+                fmt::format("line {}: {} of {} degrees; expected 0 to {} degrees", number, name, row[axis], last));
+        }
         if (rows.size() == kMaxRows) return badInput(fmt::format("line {}: more than {} rows", number, kMaxRows));
         rows.push_back(row);
     }

@@ -19,11 +19,30 @@ bool isPngOrJpeg(std::span<const std::byte> bytes) {
     return startsWith(kPng, sizeof(kPng)) || startsWith(kJpeg, sizeof(kJpeg));
 }
 
+void requireSmall(std::uint64_t width, std::uint64_t height, std::uint32_t largestSide, std::string_view place) {
+    if (width <= largestSide && height <= largestSide) return;
+    throw ImportRefused(place, std::to_string(width) + " x " + std::to_string(height) + " texels are too many, " +
+                                   std::to_string(largestSide) + " a side is the limit; scale it down");
+}
+
+// stb_image calls a PNG of more than 2^30 samples an unknown type. Width and height are in the first chunk, big endian.
+void requireSmallPng(std::span<const std::byte> bytes, std::uint32_t largestSide, std::string_view place) {
+    constexpr std::size_t kChunk = 12, kWidth = 16, kHeight = 20;
+    if (bytes.size() < kHeight + 4 || std::memcmp(bytes.data() + kChunk, "IHDR", 4) != 0) return;
+    const auto number = [&](std::size_t at) {
+        std::uint64_t value = 0;
+        for (std::size_t i = 0; i < 4; ++i) value = value << 8 | std::to_integer<std::uint64_t>(bytes[at + i]);
+        return value;
+    };
+    requireSmall(number(kWidth), number(kHeight), largestSide, place);
+}
+
 }  // namespace
 
 DecodedImage decodeImage(std::span<const std::byte> encoded, std::uint32_t largestSide, ByteBudget& sceneBytes,
                          std::string_view place) {
     if (!isPngOrJpeg(encoded)) throw ImportRefused(place, "is neither PNG nor JPEG");
+    requireSmallPng(encoded, largestSide, place);
     if (encoded.size() > INT_MAX) throw ImportRefused(place, "is larger than 2 GiB");
     const auto* bytes = reinterpret_cast<const stbi_uc*>(encoded.data());
     const int size = static_cast<int>(encoded.size());
@@ -32,9 +51,7 @@ DecodedImage decodeImage(std::span<const std::byte> encoded, std::uint32_t large
     int channels = 0;
     if (stbi_info_from_memory(bytes, size, &width, &height, &channels) == 0 || width <= 0 || height <= 0)
         throw ImportRefused(place, "cannot be decoded: " + std::string(stbi_failure_reason()));
-    if (static_cast<std::uint32_t>(width) > largestSide || static_cast<std::uint32_t>(height) > largestSide)
-        throw ImportRefused(place, std::to_string(width) + " x " + std::to_string(height) + " texels are too many, " +
-                                       std::to_string(largestSide) + " a side is the limit");
+    requireSmall(static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height), largestSide, place);
     const int wanted = channels == 2 || channels == 4 ? 4 : 3;
     DecodedImage image{
         static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), wanted, {}, channels <= 2};

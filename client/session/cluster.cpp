@@ -13,6 +13,7 @@
 
 #include "client/session/incident_log.h"
 #include "client/session/server_process.h"
+#include "client/session/shadow_fit.h"
 #include "client/session/state_difference.h"
 #include "common/base/host_port.h"
 #include "common/base/log.h"
@@ -118,6 +119,7 @@ class ConnectedCluster final : public Cluster {
                             "take lights away, or their shadows with --shadow none",
                             views.views.size(), fits, wire::kMaxFits, wire::kMaxViewBytes >> 10));
         const bool first = _frameNumber == 0;
+        holdShadowColours(scene, views);
         ChangeList changes = scene.commit();
         if (first) changes = scene.snapshot();  // what was committed before it had servers counts as well
         _digest.update(changes, scene);
@@ -253,6 +255,16 @@ class ConnectedCluster final : public Cluster {
         }
         ConnectedCluster& _cluster;
     };
+
+    // Servers take a viewport's colour as they find it; who made the views has said what was replaced.
+    static void holdShadowColours(Aspect& scene, const WallViews& views) {
+        for (const View& view : views.views) {
+            const Viewport* viewport = scene.findAs<Viewport>(view.viewport);
+            if (viewport == nullptr) continue;
+            const glm::vec3 given = viewport->shadowColor, possible = possibleShadowColour(given);
+            if (given != possible) scene.edit(Ref<Viewport>(view.viewport)).set<&Viewport::shadowColor>(possible);
+        }
+    }
 
     wire::EncodedChanges encode(const ChangeList& changes, const Aspect& scene) {
         wire::EncodeOptions encoding;

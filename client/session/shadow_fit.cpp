@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "client/session/shadow_around.h"
 #include "client/session/shadow_body.h"
@@ -14,6 +15,12 @@
 namespace umbriel {
 
 namespace {
+
+// Beyond these single precision on the way to the picture ends in infinity, or no shadow is left.
+constexpr float kLongest = 999999936.0f;  // metres: the last float below 1e9
+constexpr float kSteepestBias = 1e3f;
+constexpr float kLargestBias = 16384.0f;  // texels: all of the largest map
+constexpr double kFarthestPlane = 1e12;   // metres
 
 std::string nameOf(const Aspect& aspect, const LightInEffect& light) {
     const Container* core = aspect.find(light.core);
@@ -127,6 +134,13 @@ bool isFitted(ShadowMode mode) {
     }
 }
 
+glm::vec3 possibleShadowColour(const glm::vec3& given) {
+    glm::vec3 colour(0.0f);
+    for (int i = 0; i < 3; ++i)
+        if (given[i] > 0.0f) colour[i] = std::min(given[i], 1.0f);
+    return colour;
+}
+
 ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std::vector<std::string>& messages) {
     ShadowFitRequest request;
     request.fit = viewport.shadowFit;
@@ -139,20 +153,13 @@ ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std:
     const auto within = [&](const char* field, float given, float least, float most, float otherwise) {
         return given >= least && given <= most ? given : replaced(field, given, otherwise);
     };
-    // A bias of more texels than that is no bias: shadows are gone.
-    constexpr float kLargestBias = 256.0f;
-    const auto bias = [&](const char* field, float given) {
-        if (given <= kLargestBias) return std::max(given, -1.0f);
-        messages.push_back(fmt::format("shadows: {} of {} is not possible, the automatic one is used", field, given));
-        return -1.0f;
-    };
-    request.offFactor = bias("offFactor", viewport.offFactor);
-    request.offBias = bias("offBias", viewport.offBias);
-    const glm::vec3 colour = viewport.shadowColor;
-    if (colour != glm::clamp(colour, 0.0f, 1.0f))
-        messages.push_back(
-            "shadows: a shadowColor is between 0 (black, physical) and 1 (no shadow) in each channel; the nearest is "
-            "used");
+    constexpr float kAnyNegative = std::numeric_limits<float>::lowest();  // the field says that it is to be found
+    request.offFactor = within("offFactor", viewport.offFactor, kAnyNegative, kSteepestBias, -1.0f);
+    request.offBias = within("offBias", viewport.offBias, kAnyNegative, kLargestBias, -1.0f);
+    if (const glm::vec3 given = viewport.shadowColor; given != possibleShadowColour(given)) {
+        const auto text = [](const glm::vec3& c) { return fmt::format("{},{},{}", c.x, c.y, c.z); };
+        replaced("shadowColor", text(given), text(possibleShadowColour(given)));
+    }
     request.range = viewport.range;
     if (!(request.range > 0.0f && request.range < 0.8f)) {
         // At 0.8 and beyond the trapezoid is the uniform map; nothing and less is no range at all.
@@ -184,7 +191,7 @@ ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std:
         };
         if (request.mode == ShadowMode::PercentageCloser) {
             filter.widthTexels = within("filterWidth", viewport.filterWidth, 0.0f, most, 8.0f);
-            filter.widthMetres = within("filterMetres", viewport.filterMetres, 0.0f, 1e9f, 0.0f);
+            filter.widthMetres = within("filterMetres", viewport.filterMetres, 0.0f, kLongest, 0.0f);
             filter.samplesPerRow = samples("samplesPerRow", viewport.samplesPerRow, 6u);
             filter.bilinear = viewport.hardwareFilter;
             // A width in metres has as many texels as the map makes of it, up to as many as a border can hold.
@@ -203,12 +210,15 @@ ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std:
     }
     within("gauss", viewport.gauss, 0.0f, kLargestGauss, viewport.gauss > 0.0f ? kLargestGauss : 0.0f);
     within("edgeThreshold", viewport.edgeThreshold, 0.0f, 1e9f, 0.0f);
-    request.lightSize = viewport.lightSize;
+    request.lightSize = within("lightSize", viewport.lightSize, kAnyNegative, kLongest, -1.0f);
     if (request.mode == ShadowMode::LightMap) request.lightMap = viewport.lightMap;
     request.blobSize = within("blobSize", viewport.blobSize, 1e-3f, 1e3f, 1.0f);
     const glm::dvec3 normal = viewport.planeNormal;
     const double length = glm::length(normal);
-    if (length > 0.0 && std::isfinite(length) && std::isfinite(viewport.planeOffset.get()))
+    if (std::abs(viewport.planeOffset) > kFarthestPlane * length && length > 0.0 && std::isfinite(length))
+        messages.push_back(fmt::format("shadows: planeOffset of {} is not possible; the plane is found instead",
+                                       viewport.planeOffset.get()));
+    else if (length > 0.0 && std::isfinite(length) && std::isfinite(viewport.planeOffset.get()))
         request.planeWorld = glm::dvec4(normal, viewport.planeOffset.get()) / length;
     else if (normal != glm::dvec3(0.0))
         messages.push_back("shadows: planeNormal is no direction; the plane is found instead");

@@ -94,6 +94,8 @@ bool isPlanar(ShadowMode mode);
 bool isFitted(ShadowMode mode);
 // A viewport's wishes, with what does not fit together put right; a message for each such thing. mapSize: resolved.
 ShadowFitRequest requestOf(const Viewport& viewport, std::uint32_t mapSize, std::vector<std::string>& messages);
+// What a viewport's shadowColor can be at most and least: shares of each light, 0 to 1; what is no number is 0.
+glm::vec3 possibleShadowColour(const glm::vec3& given);
 
 // Fits for all lights that cast shadows, ascending by the light's node, which is the fit's id. A point light well
 // outside the sphere around the scene gets a spot's map aimed at it; near and inside it, a cube map, in the warped

@@ -11,8 +11,11 @@
 #include <fstream>
 #include <memory>
 #include <new>
+#include <span>
 #include <string_view>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "common/image/display.h"
 #include "common/image/exif.h"
@@ -43,11 +46,16 @@ struct StbStream {
     static constexpr int kStbBuffer = 128;
 
     std::FILE* file = nullptr;
+    // What it reads in place of the file's bytes, by their places, ascending.
+    std::span<const std::pair<long, char>> replaced;
     bool cutOff = false;
 
     static int read(void* user, char* to, int count) {
         auto* stream = static_cast<StbStream*>(user);
+        const long at = stream->replaced.empty() ? 0 : std::ftell(stream->file);
         const int got = static_cast<int>(std::fread(to, 1, static_cast<std::size_t>(count), stream->file));
+        for (const auto& [place, byte] : stream->replaced)
+            if (place >= at && place < at + got) to[place - at] = byte;
         stream->cutOff = stream->cutOff || got == 0 || (got < count && count < kStbBuffer);
         return got;
     }
@@ -55,19 +63,25 @@ struct StbStream {
     static int atEnd(void* user) { return std::feof(static_cast<StbStream*>(user)->file); }
 };
 
+using ReplacedBytes = std::vector<std::pair<long, char>>;
+
 // Decodes three channels with stb_image, within the limits. header: what a file that is none lacks, for the message.
 // bytesPerPixel: what decoding costs, our four floats included. decode: one of stb_image's loaders from callbacks.
 // linear: a decoded sample as a float.
 template <class Sample, class Linear>
 Result<LayeredImage> decodeWithStb(const std::filesystem::path& path, const ImageLimits& limits, const char* header,
                                    std::uint64_t bytesPerPixel,
-                                   Sample* (*decode)(const stbi_io_callbacks*, void*, int*, int*, int*, int), Linear linear) {
+                                   Sample* (*decode)(const stbi_io_callbacks*, void*, int*, int*, int*, int),
+                                   Linear linear, const ReplacedBytes& replaced = {}) {
     const std::string name = path.string();
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(name.c_str(), "rbe"), &std::fclose);
     int width = 0;
     int height = 0;
     int channels = 0;
-    if (!file || stbi_info_from_file(file.get(), &width, &height, &channels) == 0 || width <= 0 || height <= 0) {
+    StbStream stream{file.get(), replaced};
+    const stbi_io_callbacks callbacks{&StbStream::read, &StbStream::skip, &StbStream::atEnd};
+    if (!file || stbi_info_from_callbacks(&callbacks, &stream, &width, &height, &channels) == 0 || width <= 0 ||
+        height <= 0) {
         return badInput(fmt::format("cannot read '{}': no sound {} header", name, header));
     }
     const std::uint64_t pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
@@ -75,8 +89,8 @@ Result<LayeredImage> decodeWithStb(const std::filesystem::path& path, const Imag
         return badInput(fmt::format("cannot read '{}': {} x {} pixels are more than the limit of {} pixels or {} MiB",
                                     name, width, height, limits.pixels, limits.bytes >> 20));
     }
-    StbStream stream{file.get()};
-    const stbi_io_callbacks callbacks{&StbStream::read, &StbStream::skip, &StbStream::atEnd};
+    std::rewind(file.get());
+    stream.cutOff = false;
     const std::unique_ptr<Sample, void (*)(void*)> decoded(decode(&callbacks, &stream, &width, &height, &channels, 3),
                                                            &stbi_image_free);
     if (!decoded || stream.cutOff) {
@@ -94,9 +108,61 @@ Result<LayeredImage> decodeWithStb(const std::filesystem::path& path, const Imag
     return image;
 }
 
-// What all pixels of a Radiance file were multiplied with after they were radiance: the product of the header's EXPOSURE
-// lines (Ward, "File Formats" of the Radiance manual), which stb_image leaves alone. Reads up to the empty line.
-Result<double> hdrExposure(const std::filesystem::path& path) {
+// Where a Radiance file's scan lines lie: the axis and direction from one to the next, and within one.
+struct HdrLayout {
+    bool isTurned = false;      // scan lines are columns
+    bool linesAscend = false;   // from one to the next along +X or +Y
+    bool pixelsAscend = false;  // within one
+    // For stb_image, which knows -Y N +X M alone; empty: the file is like that.
+    ReplacedBytes replaced;
+};
+
+// "-Y 480 +X 640": X grows to the right, Y upwards (Ward, "File Formats" of the Radiance manual). line: what follows
+// the header's empty line, `place` bytes into the file. A line of another form is left to the decoder, which refuses
+// it.
+HdrLayout hdrLayout(std::string_view line, std::size_t place) {
+    HdrLayout layout;
+    const auto isAxis = [&](std::size_t at) {
+        return at + 2 < line.size() && (line[at] == '+' || line[at] == '-') &&
+               (line[at + 1] == 'X' || line[at + 1] == 'Y') && line[at + 2] == ' ';
+    };
+    if (!isAxis(0)) return layout;
+    const std::size_t second = line.find_first_of("+-", 3);
+    if (second == std::string_view::npos || !isAxis(second) || line[second + 1] == line[1]) return layout;
+    layout.isTurned = line[1] == 'X';
+    layout.linesAscend = line[0] == '+';
+    layout.pixelsAscend = line[second] == '+';
+    const auto is = static_cast<long>(place);
+    if (line.substr(0, 2) != "-Y" || line.substr(second, 2) != "+X")
+        layout.replaced = {
+            {is, '-'}, {is + 1, 'Y'}, {is + static_cast<long>(second), '+'}, {is + static_cast<long>(second) + 1, 'X'}};
+    return layout;
+}
+
+// The picture upright, whose scan lines were taken for rows from the top, and their pixels for columns from the left.
+FloatImage upright(const FloatImage& lines, const HdrLayout& layout) {
+    const int count = lines.height(), length = lines.width();
+    FloatImage image = layout.isTurned ? makeRgbaImage(count, length) : makeRgbaImage(length, count);
+    for (int i = 0; i < count; ++i)
+        for (int k = 0; k < length; ++k) {
+            // Rows are counted from the top, so Y ascends against them.
+            const bool fromLast = layout.isTurned ? !layout.linesAscend : layout.linesAscend;
+            const bool fromEnd = layout.isTurned ? layout.pixelsAscend : !layout.pixelsAscend;
+            const int line = fromLast ? count - 1 - i : i, pixel = fromEnd ? length - 1 - k : k;
+            float* to = layout.isTurned ? image.pixel(line, pixel) : image.pixel(pixel, line);
+            std::copy_n(lines.pixel(k, i), 4, to);
+        }
+    return image;
+}
+
+struct HdrHeader {
+    // What all pixels were multiplied with after they were radiance: the product of the EXPOSURE lines (Ward,
+    // likewise), which stb_image leaves alone.
+    double exposure = 1.0;
+    HdrLayout layout;
+};
+
+Result<HdrHeader> readHdrHeader(const std::filesystem::path& path) {
     constexpr std::string_view kKey = "EXPOSURE=";
     constexpr std::size_t kLongestHeader = 1 << 16;
     std::string header(kLongestHeader, '\0');
@@ -105,7 +171,8 @@ Result<double> hdrExposure(const std::filesystem::path& path) {
     header.resize(static_cast<std::size_t>(file.gcount()));
     double product = 1.0;
     std::string_view rest = header;
-    for (std::size_t size = rest.find('\n'); size != std::string_view::npos && size > 0; size = rest.find('\n')) {
+    std::size_t size = rest.find('\n');
+    for (; size != std::string_view::npos && size > 0; size = rest.find('\n')) {
         const std::string_view line = rest.substr(0, size);
         rest.remove_prefix(size + 1);
         if (!line.starts_with(kKey)) continue;
@@ -120,15 +187,26 @@ Result<double> hdrExposure(const std::filesystem::path& path) {
             return badInput(fmt::format("cannot read '{}': its exposure is no positive number: {}", path.string(),
                                         printable(line)));
     }
-    return product;
+    HdrHeader result{product, {}};
+    if (size == 0) {
+        rest.remove_prefix(1);
+        result.layout = hdrLayout(rest.substr(0, rest.find('\n')), header.size() - rest.size());
+    }
+    return result;
 }
 
 Result<LayeredImage> readHdr(const std::filesystem::path& path, const ImageLimits& limits) {
-    constexpr std::uint64_t kBytesPerPixel = 7 * sizeof(float);  // three decoded floats, four of ours
-    const auto exposure = hdrExposure(path);
-    if (!exposure) return exposure.error();
-    return decodeWithStb(path, limits, "Radiance", kBytesPerPixel, &stbi_loadf_from_callbacks,
-                         [scale = 1.0 / *exposure](float sample) { return static_cast<float>(sample * scale); });
+    const auto header = readHdrHeader(path);
+    if (!header) return header.error();
+    const bool isUpright = header->layout.replaced.empty();
+    // Three decoded floats and four of ours, or, afterwards, four of ours twice.
+    const std::uint64_t bytesPerPixel = (isUpright ? 7 : 8) * sizeof(float);
+    auto image = decodeWithStb(
+        path, limits, "Radiance", bytesPerPixel, &stbi_loadf_from_callbacks,
+        [scale = 1.0 / header->exposure](float sample) { return static_cast<float>(sample * scale); },
+        header->layout.replaced);
+    if (image && !isUpright) image->rgba = upright(image->rgba, header->layout);
+    return image;
 }
 
 // What decoding costs for a pixel: our four floats, the decoder's planes, codes, and coefficients of a progressive

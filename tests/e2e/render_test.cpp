@@ -174,6 +174,21 @@ TEST(Render, ExplainShowsShadowPassesOnlyWhenShadowsAreOn) {
     EXPECT_NE(on.out.find("shadow map"), std::string::npos) << on.out;
 }
 
+// More light in a shadow than beside it, or less than none: the nearest that there can be, and said.
+TEST(Render, ImpossibleShadowColoursAreTheNearestPossible) {
+    const TemporaryFolder folder;
+    const auto drawn = [&](const std::string& name, const std::string& colour) {
+        const Outcome outcome = run("umbriel", {"render", "demo:car", "--size", "64x48", "--shadow", "std",
+                                                "--shadow-set", "shadowColor=" + colour, "--out", folder / name});
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+        return outcome.err;
+    };
+    EXPECT_NE(drawn("given.exr", "7,-3,0.5").find("shadowColor of 7,-3,0.5 is not possible, 1,0,0.5 is used"),
+              std::string::npos);
+    EXPECT_EQ(drawn("possible.exr", "1,0,0.5"), "");
+    EXPECT_EQ(readFile(folder / "given.exr"), readFile(folder / "possible.exr"));
+}
+
 TEST(Render, AnUnlitSceneHasNoShadowPassEvenIfShadowsAreOn) {
     const Outcome outcome = run("umbriel", {"render", "demo:car", "--size", "64x36", "--explain", "--shadow", "std", "--light", "none"});
     ASSERT_EQ(outcome.exitCode, 0) << outcome.err;

@@ -4,9 +4,11 @@
 #include <rapidcheck/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <numeric>
 
 #include "common/image/image_reader.h"
 #include "tests/unit/image/test_files.h"
@@ -137,6 +139,78 @@ TEST(HdrIo, WhatTheHeaderSaysOfTheExposureIsTakenBack) {
         ASSERT_FALSE(refused) << lines;
         EXPECT_NE(refused.error().message.find("exposure is no positive number"), std::string::npos)
             << refused.error().message;
+    }
+}
+
+// The bytes of a picture whose pixels are (x, y, 7) / 256 and whose lines are written as the first axis says, each as
+// the second says: X to the right, Y upwards.
+std::string laidOut(const std::string& first, const std::string& second, int width, int height) {
+    const auto places = [&](const std::string& axis) {
+        std::vector<int> all(static_cast<std::size_t>(axis[1] == 'X' ? width : height));
+        std::iota(all.begin(), all.end(), 0);
+        // Rows are numbered from the top.
+        if (axis == "-X" || axis == "+Y") std::reverse(all.begin(), all.end());
+        return all;
+    };
+    std::string bytes = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n" + first + " " + std::to_string(places(first).size()) +
+                        " " + second + " " + std::to_string(places(second).size()) + "\n";
+    for (const int line : places(first)) {
+        const std::vector<int> along = places(second);
+        std::array<std::string, 4> planes;
+        for (const int at : along) {
+            planes[0] += static_cast<char>(first[1] == 'X' ? line : at);
+            planes[1] += static_cast<char>(first[1] == 'X' ? at : line);
+            planes[2] += '\x07';
+            planes[3] += '\x80';
+        }
+        const auto length = static_cast<char>(along.size());
+        const bool isRunLength = along.size() >= 8;
+        if (isRunLength) bytes += {'\2', '\2', '\0', length};
+        for (std::size_t i = 0; i < along.size() && !isRunLength; ++i)
+            for (const std::string& plane : planes) bytes += plane[i];
+        for (const std::string& plane : planes)
+            if (isRunLength) bytes += length + plane;
+    }
+    return bytes;
+}
+
+TEST(HdrIo, AllEightLayoutsGiveTheSamePicture) {
+    const test::TemporaryFolder folder;
+    // Scan lines that are flat, that are run-length encoded, and either as rows and columns differ.
+    for (const auto& [width, height] : {std::pair{3, 2}, {11, 9}, {5, 12}, {9, 2}}) {
+        for (const auto& [first, second] : {std::pair{"-Y", "+X"},
+                                            {"-Y", "-X"},
+                                            {"+Y", "+X"},
+                                            {"+Y", "-X"},
+                                            {"+X", "-Y"},
+                                            {"+X", "+Y"},
+                                            {"-X", "-Y"},
+                                            {"-X", "+Y"}}) {
+            std::ofstream(folder / "a.hdr", std::ios::binary) << laidOut(first, second, width, height);
+            const auto read = readImage(folder / "a.hdr");
+            ASSERT_TRUE(read) << first << second << ": " << read.error().message;
+            ASSERT_EQ(read->rgba.width(), width) << first << second;
+            ASSERT_EQ(read->rgba.height(), height) << first << second;
+            for (int y = 0; y < height; ++y)
+                for (int x = 0; x < width; ++x) {
+                    const float* pixel = read->rgba.pixel(x, y);
+                    const std::vector<float> expected = {static_cast<float>(x) / 256.0F, static_cast<float>(y) / 256.0F,
+                                                         7.0F / 256.0F, 1.0F};
+                    EXPECT_EQ(std::vector<float>(pixel, pixel + 4), expected)
+                        << first << second << ' ' << x << ' ' << y;
+                }
+        }
+    }
+}
+
+TEST(HdrIo, OtherLayoutsAreRefused) {
+    const test::TemporaryFolder folder;
+    for (const char* line : {"-Y 1 +Y 2", "+X 1 -X 2", "-Z 1 +X 2", "-Y 1", "-Y1 +X2", "+X 1 2", "", "-X -Y 1"}) {
+        std::ofstream(folder / "a.hdr", std::ios::binary) << "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n"
+                                                          << line << "\n12345678";
+        const auto read = readImage(folder / "a.hdr");
+        ASSERT_FALSE(read) << line;
+        EXPECT_EQ(read.error().kind, Error::Kind::BadInput);
     }
 }
 

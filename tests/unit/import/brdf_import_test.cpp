@@ -59,6 +59,9 @@ TEST(BrdfImport, BrokenTextIsRefusedWithItsPlace) {
     EXPECT_NE(errorOf("\n0 0 zero 1 1 1\n").find("line 2: expected six finite numbers"), std::string::npos);
     EXPECT_NE(errorOf("0 0 0 1 1 nan\n").find("line 1"), std::string::npos);
     EXPECT_NE(errorOf("0 0 0 1 1 1 1\n").find("line 1"), std::string::npos);
+    EXPECT_EQ(errorOf("0 0 0 1 1 1\n95 0 0 1 1 1\n"), "line 2: theta_in of 95 degrees; expected 0 to 90 degrees");
+    EXPECT_EQ(errorOf("0 -1 0 1 1 1\n"), "line 1: theta_out of -1 degrees; expected 0 to 90 degrees");
+    EXPECT_EQ(errorOf("0 0 360 1 1 1\n"), "line 1: phi of 360 degrees; expected 0 to 180 degrees");
     EXPECT_NE(errorOf("").find("0 rows"), std::string::npos);
     EXPECT_NE(errorOf("0 0 0 1 1 1\n0 10 5 1 1 1\n").find("2 rows for a grid of 1 x 2 x 2"), std::string::npos);
     EXPECT_NE(errorOf("0 0 0 1 1 1\n0 0 180 -1 1 1\n0 9 0 1 1 1\n0 9 180 1 1 1\n9 0 0 1 1 1\n9 0 180 1 1 1\n"

@@ -53,29 +53,55 @@ TEST_F(Wishes, ImpossibleValuesAreReplacedWithAMessage) {
     EXPECT_EQ(messages.size(), 3u);
 }
 
-// With any of these there would be no shadow, or one that gives light back, and nobody would know why.
-TEST_F(Wishes, BiasesAndColoursThatLeaveNoShadowAreReplacedWithAMessage) {
-    for (const float wrong :
-         {257.0f, 1e30f, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
-        aspect.edit(viewport).set<&Viewport::offBias>(wrong).set<&Viewport::offFactor>(4.0f);
-        EXPECT_EQ(request().offBias, -1.0f) << wrong;
-        EXPECT_EQ(request().offFactor, 4.0f);
-        EXPECT_EQ(messages.size(), 1u);
-        aspect.edit(viewport).set<&Viewport::offBias>(10.0f).set<&Viewport::offFactor>(wrong);
-        EXPECT_EQ(request().offBias, 10.0f);
-        EXPECT_EQ(request().offFactor, -1.0f) << wrong;
-        EXPECT_EQ(messages.size(), 1u);
+TEST_F(Wishes, ValuesThatWouldTakeShadowsAwayAreReplacedWithAMessage) {
+    const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+    for (const float huge : {1e9f, 1e30f, inf, nan}) {
+        aspect.edit(viewport).set<&Viewport::offFactor>(huge).set<&Viewport::offBias>(huge).set<&Viewport::lightSize>(
+            huge);
+        const ShadowFitRequest made = request();
+        EXPECT_EQ(made.offFactor, -1.0f);
+        EXPECT_EQ(made.offBias, -1.0f);
+        EXPECT_EQ(made.lightSize, -1.0f);
+        ASSERT_EQ(messages.size(), 3u) << huge;
+        EXPECT_NE(messages[0].find("offFactor"), std::string::npos);
+        EXPECT_NE(messages[1].find("offBias"), std::string::npos);
+        EXPECT_NE(messages[2].find("lightSize"), std::string::npos);
     }
-    aspect.edit(viewport).set<&Viewport::offBias>(-2.0f).set<&Viewport::offFactor>(-1.0f);
-    EXPECT_TRUE((request(), messages.empty()));
-    for (const glm::vec3& colour : {glm::vec3(0, -1, 0), glm::vec3(1e30f), glm::vec3(0, 0, 1.5f)}) {
-        aspect.edit(viewport).set<&Viewport::shadowColor>(colour);
+    aspect.edit(viewport).set<&Viewport::offFactor>(-5.0f).set<&Viewport::offBias>(3.0f).set<&Viewport::lightSize>(
+        2.0f);
+    EXPECT_EQ(request().offFactor, -5.0f);
+    EXPECT_TRUE(messages.empty());
+    aspect.edit(viewport).set<&Viewport::shadowMode>(ShadowMode::PercentageCloser);
+    for (const float bad : {1e9f, 1e38f, inf, nan, -1.0f}) {
+        aspect.edit(viewport).set<&Viewport::filterMetres>(bad);
+        EXPECT_EQ(request().filter.widthMetres, 0.0f) << bad;
+        ASSERT_EQ(messages.size(), 1u) << bad;
+        EXPECT_NE(messages[0].find("filterMetres"), std::string::npos);
+    }
+    aspect.edit(viewport).set<&Viewport::filterMetres>(9e8f);
+    EXPECT_EQ(request().filter.widthMetres, 9e8f);
+    EXPECT_TRUE(messages.empty());
+    aspect.edit(viewport).set<&Viewport::planeNormal>(glm::dvec3(0, 2, 0)).set<&Viewport::planeOffset>(1e300);
+    EXPECT_EQ(request().planeWorld, glm::dvec4(0.0));
+    ASSERT_EQ(messages.size(), 1u);
+    EXPECT_NE(messages[0].find("planeOffset"), std::string::npos);
+}
+
+TEST_F(Wishes, ShadowColoursAreSharesOfALight) {
+    const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+    for (const auto& [given, possible] :
+         {std::pair{glm::vec3(2, -1, 0.5f), glm::vec3(1, 0, 0.5f)}, {glm::vec3(inf, -inf, nan), glm::vec3(1, 0, 0)}}) {
+        aspect.edit(viewport).set<&Viewport::shadowColor>(given);
         request();
         ASSERT_EQ(messages.size(), 1u);
         EXPECT_NE(messages[0].find("shadowColor"), std::string::npos);
+        EXPECT_EQ(possibleShadowColour(given), possible);
     }
-    aspect.edit(viewport).set<&Viewport::shadowColor>(glm::vec3(0, 0.5f, 1));
-    EXPECT_TRUE((request(), messages.empty()));
+    for (const glm::vec3 sound : {glm::vec3(0.0f), glm::vec3(1.0f), glm::vec3(0.1f, 0.7f, 1e-7f)}) {
+        aspect.edit(viewport).set<&Viewport::shadowColor>(sound);
+        EXPECT_TRUE((request(), messages.empty()));
+        EXPECT_EQ(possibleShadowColour(sound), sound);
+    }
 }
 
 class BadLights : public SceneFixture {
