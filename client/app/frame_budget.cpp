@@ -21,10 +21,8 @@ Result<FrameBudget> FrameBudget::begin(const SceneArguments& arguments, Aspect& 
                         path.string(), arguments.scene));
     std::vector<StoredTrade::Point> front = std::move((*stored)->front);
     if (!hasLightMap(arguments)) {
-        const std::size_t left = std::erase_if(front, [](const StoredTrade::Point& point) {
-            const auto technique = parseTechnique(point.setting.technique);
-            return technique && technique->mode == ShadowMode::LightMap;
-        });
+        const std::size_t left =
+            std::erase_if(front, [](const StoredTrade::Point& point) { return isLightMap(point.setting); });
         if (front.empty())
             return badInput(
                 fmt::format("--frame-budget: all of the front in {} are light maps, and there is none; make "

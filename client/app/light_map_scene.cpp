@@ -179,11 +179,6 @@ Result<void> loadLightMap(const std::filesystem::path& path, Aspect& scene, Ref<
     return {};
 }
 
-bool isLightMap(const TradeSetting& setting) {
-    const auto technique = parseTechnique(setting.technique);
-    return technique && technique->mode == ShadowMode::LightMap;
-}
-
 // A light map was chosen by umbriel trade and cannot be had: what it measured beside it is taken. The reason, as an
 // error, when it was not umbriel trade that chose.
 Result<void> applyWithoutLightMap(const SceneArguments& arguments, Aspect& scene, Ref<Window> window,

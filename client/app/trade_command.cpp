@@ -97,11 +97,20 @@ Result<TradeResult> sweep(const TradeArguments& arguments, const std::filesystem
     if (!bench) return bench.error();
     if (const auto looked = (*bench)->look(); !looked) return looked.error();
     Progress progress("setting", rows->size(), arguments.scene.quiet || arguments.json);
+    bool leavesOut = false;
     for (TradeRow& row : *rows) {
-        if (const auto measured = (*bench)->measure(row); !measured) return measured.error();
+        if (leavesOut && isLightMap(row.setting)) continue;
+        if (const auto measured = (*bench)->measure(row); !measured) {
+            // Who asks for everything is not refused everything where no light stays where it is.
+            leavesOut = arguments.techniques.empty() && isLightMap(row.setting) &&
+                        measured.error().kind == Error::Kind::BadInput;
+            if (!leavesOut) return measured.error();
+            log::warning(fmt::format("{} is left out: {}", row.setting.technique, measured.error().message));
+        }
         progress.step();
     }
     progress.finish();
+    if (leavesOut) std::erase_if(*rows, [](const TradeRow& row) { return isLightMap(row.setting); });
     // Timed by map size, so that few maps are made anew.
     std::stable_sort(rows->begin(), rows->end(),
                      [](const TradeRow& a, const TradeRow& b) { return a.setting.mapSize < b.setting.mapSize; });
@@ -201,8 +210,7 @@ int runTrade(const TradeArguments& arguments, const std::filesystem::path& serve
             return exitCodeOf(stored.error());
         result->notes.push_back(fmt::format("stored in {}: umbriel render and view take it", path.string()));
         const TradeSetting& setting = result->rows[*chosen].setting;
-        if (const auto technique = parseTechnique(setting.technique);
-            technique && technique->mode == ShadowMode::LightMap)
+        if (const auto technique = parseTechnique(setting.technique); isLightMap(setting))
             result->notes.push_back(fmt::format(
                 "they need the light map: umbriel bake {} --light-map {}{}", arguments.scene.scene, setting.mapSize,
                 technique->bakedFrom ? " --from " + setting.technique.substr(setting.technique.find(':') + 1) : ""));

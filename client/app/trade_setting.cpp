@@ -66,6 +66,11 @@ bool takesSamples(ShadowMode mode) {
     return mode == ShadowMode::PercentageCloser || mode == ShadowMode::PercentageCloserSoft;
 }
 
+bool isLightMap(const TradeSetting& setting) {
+    const auto technique = parseTechnique(setting.technique);
+    return technique && technique->mode == ShadowMode::LightMap;
+}
+
 Result<void> applySetting(Aspect& scene, Ref<Window> window, const TradeSetting& setting) {
     return SettingSwitch(scene, window).apply(setting);
 }

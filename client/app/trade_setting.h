@@ -28,6 +28,8 @@ std::vector<std::string> listOf(const std::string& text);
 bool hasMap(ShadowMode mode);
 bool takesFilter(ShadowMode mode);
 bool takesSamples(ShadowMode mode);
+// Whether it draws with a light map, whatever that is baked from.
+bool isLightMap(const TradeSetting& setting);
 
 // Makes a window's viewports draw with one setting after another, each from the next frame on: fields of the scene, so
 // all servers change at the same frame. What a setting sets beside technique and map size is put back before the next

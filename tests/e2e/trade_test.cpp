@@ -130,6 +130,26 @@ TEST(Trade, LightMapsAreMeasuredByWhatTheyAreBakedFrom) {
         << refused.err;
 }
 
+TEST(Trade, OfEverythingLeavesLightMapsOutWhereNoLightStays) {
+    TemporaryFolder folder;
+    const std::string scene = boxScene(folder);
+    const std::vector<std::string> dark = {"trade",       scene,   "--light",  "none", "--size", "48x32",
+                                           "--map-sizes", "32,64", "--frames", "1",    "--json"};
+    const Outcome all = run("umbriel", dark);
+    ASSERT_EQ(all.exitCode, 0) << all.err;
+    std::size_t maps = 0;
+    const json result = json::parse(all.out);
+    for (const json& row : result["rows"]) {
+        EXPECT_NE(row["technique"], "light-map");
+        maps += row["technique"] == "std" ? 1 : 0;
+    }
+    EXPECT_EQ(maps, 2u);
+    const std::size_t first = all.err.find("light-map is left out");
+    ASSERT_NE(first, std::string::npos) << all.err;
+    EXPECT_EQ(all.err.find("light-map is left out", first + 1), std::string::npos) << all.err;
+    EXPECT_EQ(run("umbriel", with(dark, {"--techniques", "std,light-map"})).exitCode, 2);
+}
+
 TEST(Trade, SheetsShowTheTechniquesThatAreAskedFor) {
     TemporaryFolder folder;
     const std::string scene = boxScene(folder);
