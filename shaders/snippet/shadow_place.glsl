@@ -161,7 +161,7 @@ ShadowPlace placeOnParallelMap(GpuShadow shadow, vec4 linear, vec4 bias) {
     place.depth = linear.z + shadow.depthAtEye;
 #ifdef FEATURE_SHADOW_WARP
     float w = linear.w + rowOfW(shadow).w;
-    place.texel /= w;
+    place.texel *= 1.0 / w;
     place.depth += w * (abs(bias.x + bias.y * linear.z) + abs(bias.z + bias.w * linear.z));
 #else
     const float w = 1.0;
