@@ -322,12 +322,17 @@ bool SocketLoop::carryOut() {
 }
 
 bool SocketLoop::anyMet() {
-    const auto met = std::erase_if(_waiting, [](Waiting* one) { return one->met = one->condition(); });
-    if (met == 0) return false;
+    bool helper = false;  // now: one whose wait was over before may not have left yet
+    bool others = false;
+    std::erase_if(_waiting, [&](Waiting* one) {
+        one->met = one->condition();
+        if (one->met) (one == _helper ? helper : others) = true;
+        return one->met;
+    });
+    if (!helper && !others) return false;
     _helped = _now;
-    const bool helper = _helper && _helper->met;
     if (helper && _listening) wake();
-    return met > (helper ? 1 : 0);
+    return others;
 }
 
 // The timer is only ever moved forward: deadlines are mostly put off before they are reached, and one that comes too

@@ -30,17 +30,18 @@ std::vector<std::string> wordsOf(const std::string& text) {
     return words;
 }
 
-// "1-light" to "4-lights": how lights come to a shader, beside what they are.
-bool countsLights(const std::string& word) {
-    return word.size() > 2 && std::isdigit(static_cast<unsigned char>(word[0])) && word[1] == '-';
+// How lights come to a shader, beside what they are: "1-light" to "4-lights", and the way that one driver is given them.
+bool saysHowLightsCome(const std::string& word) {
+    return word == "passed-constants" ||
+           (word.size() > 2 && std::isdigit(static_cast<unsigned char>(word[0])) && word[1] == '-');
 }
 
-// What one text has beyond the other; not how many lights.
+// What one text has beyond the other; not how lights come.
 std::vector<std::string> added(const std::string& to, const std::string& from) {
     std::vector<std::string> difference;
     const auto a = wordsOf(to), b = wordsOf(from);
     std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(difference));
-    std::erase_if(difference, countsLights);
+    std::erase_if(difference, saysHowLightsCome);
     return difference;
 }
 
