@@ -88,6 +88,18 @@ Result<std::string> picture(int width, int height, const Pixel& pixel, bool larg
 constexpr std::array<std::string_view, 8> kColours = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                                       "#e69f00", "#56b4e9", "#000000", "#8a8a00"};
 
+// A point of the diagram; kinds beyond the colours are told apart by shape, discs before squares before diamonds.
+std::string mark(std::size_t kind, double x, double y, double radius, std::string_view outline,
+                 const std::string& title) {
+    const std::size_t shape = kind / kColours.size();
+    const double half = shape == 0 ? radius : 0.89 * radius;
+    return fmt::format(
+        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" rx=\"{:.1f}\" fill=\"{}\" stroke=\"{}\" "
+        "stroke-width=\"2\"{}><title>{}</title></rect>\n",
+        x - half, y - half, 2 * half, 2 * half, shape == 0 ? radius : 0.0, kColours[kind % kColours.size()], outline,
+        shape == 2 ? fmt::format(" transform=\"rotate(45 {:.1f} {:.1f})\"", x, y) : std::string(), title);
+}
+
 std::string tick(double value) {
     return fmt::format("{:g}", value);
 }
@@ -150,31 +162,32 @@ std::string frontSvg(const TradeResult& result) {
     svg += fmt::format(
         "<polyline points=\"{}\" fill=\"none\" stroke=\"#444\" stroke-width=\"1.5\" stroke-dasharray=\"5 3\"/>\n",
         line);
-    std::map<std::string, std::string_view> colours;
+    std::map<std::string, std::size_t> marks;  // by technique
     double legend = kTop + 12;
-    double labelled = 1e300;  // where the last label stands: the next one goes below its point when they would meet
+    std::vector<std::array<double, 3>> labels;  // left end, right end, base line
     for (const TradeRow& row : result.rows) {
-        const auto [known, isNew] =
-            colours.try_emplace(row.setting.technique, kColours[colours.size() % kColours.size()]);
+        const auto [known, isNew] = marks.try_emplace(row.setting.technique, marks.size());
         if (isNew) {
-            svg += fmt::format(
-                "<circle cx=\"{}\" cy=\"{}\" r=\"5\" fill=\"{}\"/><text x=\"{}\" y=\"{}\" dy=\"4\">{}</text>\n",
-                kWidth - kRight + 20, legend, known->second, kWidth - kRight + 32, legend,
-                escaped(row.setting.technique));
+            svg += mark(known->second, kWidth - kRight + 20, legend, 5.0, "none", {}) +
+                   fmt::format("<text x=\"{}\" y=\"{}\" dy=\"4\">{}</text>\n", kWidth - kRight + 32, legend,
+                               escaped(row.setting.technique));
             legend += 20;
         }
         const double px = x(row.cost.cpuMilliseconds), py = y(std::max(kLeastError, comparedError(row)));
-        svg += fmt::format(
-            "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\" fill=\"{}\" stroke=\"{}\" stroke-width=\"2\"><title>{}: "
-            "{:.3f} %, "
-            "{:.1f} ms</title></circle>\n",
-            px, py, row.chosen ? 8 : 5, known->second, row.onFront ? "#222" : "none", escaped(labelOf(row.setting)),
-            100 * comparedError(row), row.cost.cpuMilliseconds);
-        if (row.onFront || row.chosen) {
-            const double labelY = std::abs(py - 6 - labelled) < 13 ? py + 16 : py - 6;
-            labelled = labelY;
-            svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", px + 9, labelY,
-                               escaped(labelOf(row.setting)));
+        const std::string label = escaped(labelOf(row.setting));
+        svg += mark(known->second, px, py, row.chosen ? 8.0 : 5.0, row.onFront ? "#222" : "none",
+                    fmt::format("{}: {:.3f} %, {:.1f} ms", label, 100 * comparedError(row), row.cost.cpuMilliseconds));
+        if (!row.onFront && !row.chosen) continue;
+        // Above its point, else below, else in its title alone: no label lies on another.
+        const double left = px + 9, right = left + 7.0 * static_cast<double>(label.size());
+        for (const double base : {py - 6, py + 16}) {
+            if (std::any_of(labels.begin(), labels.end(), [&](const auto& other) {
+                    return left < other[1] && other[0] < right && std::abs(base - other[2]) < 13;
+                }))
+                continue;
+            labels.push_back({left, right, base});
+            svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", left, base, label);
+            break;
         }
     }
     return svg + "</svg>\n";

@@ -142,6 +142,7 @@ Result<DarknessPainter::Volume*> DarknessPainter::volumeOf(const SurfaceItem& it
     corners.insert(corners.end(), made.lightCap.begin(), made.lightCap.end());
     corners.insert(corners.end(), made.darkCap.begin(), made.darkCap.end());
     volume.sides = static_cast<GLsizei>(made.sides.size());
+    volume.lightCap = static_cast<GLsizei>(made.lightCap.size());
     volume.corners = static_cast<GLsizei>(corners.size());
     if (corners.empty()) return &volume;
     auto buffer = gl::Buffer::create(std::as_bytes(std::span(corners)));
@@ -223,7 +224,23 @@ Result<void> DarknessPainter::paintVolumes(const Aspect& scene, const ViewScene&
         item.geometry->positions().bindBase(GL_SHADER_STORAGE_BUFFER, kStorage);
         (*volume)->vertexArray.bind();
         const GLsizei drawn = fromBehind ? (*volume)->corners : (*volume)->sides;
-        glDrawArrays(GL_TRIANGLES, 0, drawn);
+        // The light cap lies on the visible surface to the bit only if the near plane cuts both: not clamped, what of
+        // it is nearer is before all that is visible and does not count. Beyond the far plane it does.
+        const auto isBeyond = [&](const Plane& plane) {
+            return std::any_of(corners.begin(), corners.end(), [&](const glm::dvec3& corner) {
+                return glm::dot(glm::dvec3(plane), corner) + plane.w < 0.0;
+            });
+        };
+        if (fromBehind && isBeyond(wholeView.planes[4]) && !isBeyond(wholeView.planes[5])) {
+            const GLsizei capEnd = (*volume)->sides + (*volume)->lightCap;
+            glDrawArrays(GL_TRIANGLES, 0, (*volume)->sides);
+            glDrawArrays(GL_TRIANGLES, capEnd, drawn - capEnd);
+            glDisable(GL_DEPTH_CLAMP);
+            glDrawArrays(GL_TRIANGLES, (*volume)->sides, (*volume)->lightCap);
+            glEnable(GL_DEPTH_CLAMP);
+        } else {
+            glDrawArrays(GL_TRIANGLES, 0, drawn);
+        }
         _triangles += static_cast<std::uint64_t>(drawn) / 3;
     }
     glFrontFace(GL_CCW);

@@ -58,7 +58,8 @@ class DarknessPainter {
         std::shared_ptr<const CasterShape> shape;
         glm::vec4 lightObject{0.0f};
         bool finite = false;
-        GLsizei sides = 0;  // corners; the caps follow
+        GLsizei sides = 0;  // corners; the caps follow, the light cap first
+        GLsizei lightCap = 0;
         GLsizei corners = 0;
         gl::Buffer buffer;
         gl::VertexArray vertexArray;

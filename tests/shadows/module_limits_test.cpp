@@ -167,6 +167,28 @@ TEST_F(Limits, TheNearestBlockerIsRightOnlyWhereNoShadowsOverlap) {
     }
 }
 
+// A near plane amid the houses. Light caps must be cut by it where the surfaces are that they lie on, or these shadow
+// themselves by rounding.
+TEST_F(Limits, VolumesAreRightWhereTheNearPlaneCutsCastersOpen) {
+    for (const ShadowMode mode : {ShadowMode::VolumeZPass, ShadowMode::VolumeZFail})
+        for (const double farDistance : {0.0, 1e3})
+            for (const double nearDistance : {4.0, 16.0, 23.7}) {
+                SetUp();
+                isOneGeometry = true;
+                buildTown(30.0, 60);
+                finishScene(LightPlace::Directional, {}, {0.5, -0.7, -0.3});
+                look({0, 6, 26}, {0, 1, 0});
+                scene->edit(Ref<PerspectiveCamera>(scene->get(viewport).camera.get().id))
+                    .set<&PerspectiveCamera::nearDistance>(nearDistance)
+                    .set<&PerspectiveCamera::farDistance>(farDistance);
+                scene->edit(viewport).set<&Viewport::shadowMode>(mode);
+                edgeMetres = 0.05;
+                const Errors errors = measure();
+                EXPECT_GT(errors.judged, 10000u);
+                EXPECT_LT(errors.inner, 2e-4) << nearDistance << " to " << farDistance;
+            }
+}
+
 // No texels: wrong is only what lies within a pixel of an edge of the true shadow.
 TEST_F(Limits, VolumesAndFlattenedCastersAreRightButForAPixelAtEdges) {
     const PixelSize wall{480, 300};
