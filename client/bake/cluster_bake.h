@@ -14,6 +14,7 @@
 
 namespace umbriel {
 
+// How bakeOnCluster() bakes, beside what is baked. out: the file, which appears whole or not at all.
 struct ClusterBakeOptions {
     std::filesystem::path out{};
     std::uint32_t shards = 0;  // as LocalBakeOptions::shards
@@ -24,6 +25,7 @@ struct ClusterBakeOptions {
     std::function<void(const std::string&)> notice{};  // one line for people: servers lost, refused, ...
 };
 
+// What a bake on servers has made and cost. shards, redone: as in LocalBakeOutcome; sha256: of the file, hexadecimal.
 struct ClusterBakeOutcome {
     std::uint64_t rows = 0;
     std::uint64_t rays = 0;  // in shards of this call, each counted once

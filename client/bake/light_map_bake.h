@@ -29,6 +29,7 @@ struct LightMapLight {
     double radius = 0.0;                  // metres; directional: radians; 0: hard shadows
 };
 
+// How finely a light map is baked, and by how many threads.
 struct LightMapOptions {
     std::uint32_t size = 1024;  // texels along each side
     int samples = 4;            // points along each side of a texel, 1 to 16

@@ -14,6 +14,7 @@
 
 namespace umbriel {
 
+// How bakeLocally() bakes, beside what is baked. out: the file, which appears whole or not at all.
 struct LocalBakeOptions {
     std::filesystem::path out{};
     int threads = 0;                  // 0: all
@@ -24,6 +25,7 @@ struct LocalBakeOptions {
     std::function<void(std::uint64_t, std::uint64_t)> progress{};
 };
 
+// What a bake by threads of this process has made and cost.
 struct LocalBakeOutcome {
     std::uint64_t rows = 0;  // of the file
     std::uint64_t rays = 0;  // traced by this process

@@ -16,6 +16,7 @@
 
 namespace umbriel {
 
+// How long the coordinator waits for whom, and how much it has baked twice to compare.
 struct CoordinatorOptions {
     // Of a shard: so long without a sign of life. A dead server is known by its silence; this is for one whose work
     // hangs, and must not take starving for that: idle threads on a busy machine get a thousandth of a processor.

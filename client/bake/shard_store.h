@@ -73,6 +73,7 @@ class ShardStore {
     std::uint32_t _redone = 0;
 };
 
+// The file that a merge has written: its header, and its hash in hexadecimal.
 struct MergeOutcome {
     visibility::MapHeader header;
     std::string sha256;

@@ -20,6 +20,7 @@ enum class PhotometricSymmetry {
     Quadrant     // both; given: 0 to 90
 };
 
+// Luminous intensity as the formats of lamps give it, type C: angles in degrees, vertical ones from 0, straight down.
 struct PhotometricTable {
     std::vector<double> vertical;    // gamma
     std::vector<double> horizontal;  // C, of the planes that are given, modulo 360

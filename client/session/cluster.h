@@ -28,6 +28,7 @@ struct ServerAddress {
     std::uint16_t port = 0;
 };
 
+// Which servers a wall has, how they are reached, and what happens when one is late or lost.
 struct ClusterOptions {
     std::vector<ServerAddress> servers;  // none: start `local` embedded servers of this machine on loopback
     int local = 1;
@@ -61,6 +62,7 @@ struct ServerReport {
     bool shown = true;  // false: it was late or lost, its tiles hold their last picture
 };
 
+// What a frame was and cost, and which servers did not take part in it.
 struct FrameReport {
     std::uint64_t frame = 0;
     double milliseconds = 0.0;      // from its request to its swap, pixels included when they were asked for

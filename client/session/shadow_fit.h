@@ -50,6 +50,7 @@ inline constexpr double kNarrowestAround = 0.2617993877991494;  // 15 degrees
 // rim.
 inline constexpr double kMaxShadowFov = 3.0543261909900767;  // 175 degrees
 
+// A viewport's shadow fields, checked: requestOf() has replaced what is impossible.
 struct ShadowFitRequest {
     ShadowFitMode fit = ShadowFitMode::Union;
     std::uint32_t mapSize = 512;             // texels, resolved (resolveMapSize)

@@ -11,6 +11,7 @@
 
 namespace umbriel {
 
+// What servers need to draw a window, and what could not be done as the scene asks for it.
 struct ResolvedViews {
     WallViews views;
     std::vector<std::string> warnings;  // for people, for example about lights without shadows; each once

@@ -37,6 +37,7 @@ struct TradeCost {
     double cpuRatio = 1.0;
 };
 
+// How a setting's picture differs from the truth; shares are of the judged pixels where nothing else is said.
 struct TradeErrors {
     ShadowError error;
     ShadowEdges edges;
@@ -61,6 +62,7 @@ struct TradeErrors {
         eyeMismatch;  // share of surface points that the eyes see on different sides, less the truth's
 };
 
+// One setting that was measured.
 struct TradeRow {
     TradeSetting setting;
     TradeErrors errors;
@@ -75,6 +77,7 @@ struct TradeRow {
     bool chosen = false;
 };
 
+// A sweep over settings of one scene, and how it was judged.
 struct TradeResult {
     std::string scene;
     std::string machine;  // renderer, processor

@@ -8,6 +8,7 @@
 
 namespace umbriel {
 
+// What counts as an edge of a picture.
 struct EdgeOptions {
     // Smallest step of display grey, in [0, 1], that is an edge: the gradient (Sobel, per pixel) a sharp step of twice
     // this height has.

@@ -8,6 +8,7 @@
 
 namespace umbriel {
 
+// What decoding a picture in a process of its own may cost; beyond, the picture is refused.
 struct IsolationLimits {
     ImageLimits image;
     // Address space of the decoding process beyond what this process has now and the decoded samples.

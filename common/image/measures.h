@@ -44,6 +44,7 @@ struct ImageComparison {
     std::vector<LayerComparison> layers;
 };
 
+// How two pictures are compared.
 struct ComparisonOptions {
     double exposure = 0.0;  // EV, before `differing` and `over8`
 };

@@ -9,6 +9,7 @@
 
 namespace umbriel {
 
+// How the further measures of two pictures are taken.
 struct PictureMeasureOptions {
     double exposure = 0.0;    // EV, before everything but the threshold
     double threshold = 0.01;  // of linear radiance

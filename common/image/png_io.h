@@ -10,6 +10,7 @@
 
 namespace umbriel {
 
+// How linear radiance becomes 8 bits.
 struct PngOptions {
     double exposure = 0.0;  // EV
     // Off: opaque RGB, the premultiplied colours composited over black, which leaves them as they are.

@@ -32,6 +32,7 @@ using LogResponse = std::array<double, kCodes>;
 // code (128, 128, 128) is taken to be grey.
 using CameraResponse = std::array<LogResponse, 3>;
 
+// How a response curve is fitted (Debevec and Malik 1997).
 struct ResponseOptions {
     // lambda of eq. 3: how much smoothness of the curve counts against the data, per pixel used as in the paper. The
     // default suits the number of pixels below; noise of some codes wants no more.
@@ -40,6 +41,7 @@ struct ResponseOptions {
     std::size_t pixels = 20000;
 };
 
+// A camera's response curve, and how well the photographs agree with it; arrays are by channel, red first.
 struct ResponseFit {
     CameraResponse response;
     // Root of the weighted mean square of what eq. 3 leaves: natural logarithm of exposure; 0.01 is 1 %.

@@ -21,6 +21,7 @@ struct ShadowFactors {
     std::span<const std::uint8_t> judged;
 };
 
+// What counts as away from an edge.
 struct ShadowErrorOptions {
     // A pixel is away from the true shadow's edges when none passes within this many pixels.
     double awayPixels = 2.0;
@@ -69,6 +70,7 @@ SeamJump seamJump(const ShadowFactors& factors, int columns, int rows);
 // The same surface points seen twice: by two eyes, or in two frames. matches: for each pixel of the first picture the
 // pixel of the second one, or kUnmatched. Pairs that both pictures judge count.
 inline constexpr std::uint32_t kUnmatched = std::numeric_limits<std::uint32_t>::max();
+// How factors of the same surface points differ between two pictures.
 struct SurfaceChange {
     std::uint64_t pairs = 0;
     double mean = 0.0;     // of the absolute difference

@@ -20,6 +20,7 @@ struct LafortuneLobe {
     glm::dvec3 weight{0.0};  // linear R, G, B, not negative
 };
 
+// A BRDF of a diffuse part and lobes (Lafortune et al. 1997).
 struct LafortuneModel {
     glm::dvec3 diffuse{0.0};  // albedo, not negative
     std::vector<LafortuneLobe> lobes;
@@ -28,6 +29,7 @@ struct LafortuneModel {
     glm::dvec3 value(const glm::dvec3& inLocal, const glm::dvec3& outLocal) const;
 };
 
+// A fitted model, and what it leaves of the table.
 struct LafortuneFit {
     LafortuneModel model;
     // Root of the mean square of the error over that of the table, each channel (0 where the table is 0), over both

@@ -13,6 +13,7 @@
 
 namespace umbriel::visibility {
 
+// What maps are made of a mesh; check() says what is possible.
 struct BakeSettings {
     Mapping mapping;
     MapMaker maker = MapMaker::Rays;  // Gl: its masks come from a render server's rasteriser

@@ -19,6 +19,7 @@ inline constexpr const char* kPrepareJob = "visibility-prepare";
 // Bake rows. The result is the file of these rows, as Baker::shard() makes it.
 inline constexpr const char* kShardJob = "visibility-shard";
 
+// The payload of both jobs: which rows of which mesh, and how.
 struct BakeJob {
     BakeSettings settings;
     Hash128 meshHash;       // BakeMesh::hash, as the client has it
@@ -30,6 +31,7 @@ Bytes encodeBakeJob(const BakeJob& job);
 // Bad input: not such bytes, or settings that check() refuses.
 Result<BakeJob> decodeBakeJob(std::span<const std::byte> bytes);
 
+// A server's answer to kPrepareJob. Files of two bake classes may differ in last bits and are not mixed.
 struct BakeReadiness {
     std::string bakeClass;
     std::uint32_t slots = 1;  // shards that the server bakes at once

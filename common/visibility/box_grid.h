@@ -8,6 +8,7 @@
 
 namespace umbriel::visibility {
 
+// An axis-aligned box; its faces belong to it.
 struct Box {
     glm::dvec3 low{0.0};
     glm::dvec3 high{0.0};

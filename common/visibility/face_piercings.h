@@ -14,6 +14,7 @@ namespace umbriel::visibility {
 // corner with `t`. Both have an area.
 bool pierces(const std::vector<glm::vec3>& positions, const MeshTopology& topology, std::uint32_t s, std::uint32_t t);
 
+// Triangles of a mesh that pass through each other.
 struct FacePiercings {
     std::uint64_t count = 0;                                        // pairs of triangles of which one pierces the other
     std::vector<std::pair<std::uint32_t, std::uint32_t>> examples;  // the first in order, the lower triangle first

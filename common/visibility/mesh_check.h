@@ -18,6 +18,7 @@ struct MeshFinding {
     std::vector<std::string> examples;  // the first five, with numbers of vertices and triangles as loaded, from 0
 };
 
+// What checkMesh() finds. Components are counted without degenerate triangles.
 struct MeshReport {
     std::uint64_t vertices = 0;
     std::uint64_t triangles = 0;
@@ -31,6 +32,7 @@ struct MeshReport {
     const MeshFinding& finding(const std::string& condition) const;
 };
 
+// What the caller knows of the file, and how near is a crack.
 struct MeshCheckOptions {
     // Open edges nearer than this share of the diagonal to another open vertex are a crack.
     double crackShare = 1e-4;
@@ -51,6 +53,7 @@ std::string toText(const MeshReport& report);
 // not finite.
 Result<Mesh> weld(const Mesh& mesh, double tolerance);
 
+// What orient() makes.
 struct Oriented {
     Mesh mesh;
     std::uint64_t flipped = 0;       // triangles turned around

@@ -29,6 +29,7 @@ struct JobKey {
     friend auto operator<=>(const JobKey&, const JobKey&) = default;
 };
 
+// A job as the queue takes it, with everything it needs.
 struct JobOffer {
     JobKey key;
     std::string kind;
@@ -37,6 +38,7 @@ struct JobOffer {
     std::vector<wire::Blob> blobs{};  // all that it names
 };
 
+// News of a job, for the client.
 struct JobEvent {
     enum class Kind { Lease, Done, Failed, Cancelled, Refused };
     Kind kind = Kind::Lease;

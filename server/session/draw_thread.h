@@ -19,9 +19,11 @@ namespace umbriel {
 
 // What the network thread asks of the drawing thread.
 namespace draw_task {
+// Other tiles from the next frame on.
 struct Assign {
     std::vector<TileAssignment> tiles;
 };
+// Apply the changes and draw the tiles. time: seconds.
 struct Draw {
     std::uint64_t frame = 0;
     ChangeList emptied;            // destroys what an earlier session left; applied first
@@ -32,6 +34,7 @@ struct Draw {
     bool wantPixels = false;
     bool wantCost = false;
 };
+// Show this frame, which was ready.
 struct Swap {
     std::uint64_t frame = 0;
 };
@@ -47,18 +50,22 @@ using DrawTask = std::variant<draw_task::Assign, draw_task::Draw, draw_task::Swa
 // What it answers.
 namespace draw_result {
 struct Applied {};  // there were changes; those of the next frame may be decoded
+// The frame is drawn and waits to be shown.
 struct Ready {
     std::uint64_t frame = 0;
     wire::Ready ready;
 };
+// It is shown, since then.
 struct Shown {
     std::uint64_t frame = 0;
     TimePoint at;
 };
+// It could not be drawn: why, for people.
 struct Failed {
     std::uint64_t frame = 0;
     std::string text;
 };
+// The pixels of a frame that they were asked for.
 struct Tiles {
     std::uint64_t frame = 0;
     std::vector<TilePixels> tiles;
@@ -66,6 +73,7 @@ struct Tiles {
 struct Digests {
     wire::DigestReply reply;
 };
+// How the renderer draws, for people.
 struct Explanation {
     std::string text;
 };

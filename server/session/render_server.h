@@ -14,6 +14,7 @@
 
 namespace umbriel {
 
+// Who a render server is, how it is reached, and what it may keep and do beside drawing.
 struct RenderServerOptions {
     std::string name;
     std::string build;                     // of the program
