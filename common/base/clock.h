@@ -15,6 +15,7 @@ class Clock {
     virtual TimePoint now() const = 0;
 };
 
+// The machine's monotonic clock.
 class SteadyClock final : public Clock {
    public:
     TimePoint now() const override { return std::chrono::steady_clock::now(); }

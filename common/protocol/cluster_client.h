@@ -23,6 +23,7 @@
 
 namespace umbriel::protocol {
 
+// One server of the wall, as the client expects it.
 struct RemoteServer {
     std::string name;  // what it must call itself; empty: whatever it does
     std::string host;  // empty: it dials us, again and again until it is welcome
@@ -30,6 +31,7 @@ struct RemoteServer {
     std::vector<TileAssignment> tiles;
 };
 
+// Who the client is, which servers it has, and how long it waits for what.
 struct ClusterClientOptions {
     wire::Hello identity;     // name, build, type signature; role and channel are set here
     wire::Token token;        // 128 random bits
@@ -56,11 +58,13 @@ struct ClusterClientOptions {
     std::vector<RemoteServer> servers;
 };
 
+// A whole scene for a server that is behind: parts as encodeChanges makes them, and the contents they refer to.
 struct SceneSnapshot {
     std::vector<wire::Bytes> parts;
     std::map<Hash128, MultiStorage> blobs;
 };
 
+// A frame as the client hands it to the protocol. time: seconds.
 struct OutgoingFrame {
     std::uint64_t number = 0;  // counts from 1 without gaps
     bool wantPixels = false;
@@ -75,6 +79,7 @@ struct OutgoingFrame {
     std::shared_ptr<const StateDigest> digests;  // all of it, when wantsDigests() asked for it
 };
 
+// What one server did for one frame. bytes: sent to it in all; viewBytes: of these, views and fits.
 struct ServerOutcome {
     wire::Ready ready;
     std::uint64_t bytes = 0;

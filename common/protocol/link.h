@@ -16,6 +16,7 @@
 
 namespace umbriel::protocol {
 
+// When a connection counts as failed, and how much may wait to be written (queueLimit, bytes).
 struct LinkOptions {
     Duration handshakeTimeout = std::chrono::seconds(5);
     Duration heartbeatInterval = std::chrono::seconds(1);
@@ -26,6 +27,7 @@ struct LinkOptions {
     std::size_t queueLimit = std::size_t{64} << 20;
 };
 
+// What the bytes that came mean to the side that has the link.
 struct LinkEvent {
     enum class Kind {
         None,     // the bytes that came so far hold no further event

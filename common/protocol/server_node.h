@@ -18,12 +18,15 @@ namespace umbriel::protocol {
 
 // What a render server's program is told.
 namespace server_event {
+// A client has this server from now on: its name.
 struct SessionStarted {
     std::string client;
 };
+// It has left, or was lost: why, for people.
 struct SessionEnded {
     std::string reason;
 };
+// The tiles to draw from the next frame on, instead of those before.
 struct Assigned {
     PixelSize wall;
     std::vector<TileAssignment> tiles;
@@ -43,16 +46,20 @@ struct FrameRequested {
     std::optional<WallViews> views;  // when they changed
     std::vector<wire::Bytes> changes;
 };
+// Show this frame, which was ready.
 struct SwapRequested {
     std::uint64_t frame = 0;
 };
+// A content that was wanted, whole and of the hash it was wanted by.
 struct BlobArrived {
     wire::Blob blob;
 };
+// The client wants to know what differs: answer with digests of this part of the state.
 struct DigestAsked {
     wire::DigestQuery query;
 };
 struct ExplainAsked {};
+// Work beside drawing (architecture.md). lease: without a sign of life for so long it is given to another server.
 struct JobOffered {
     std::uint64_t job = 0;
     std::uint32_t attempt = 0;
@@ -61,6 +68,7 @@ struct JobOffered {
     wire::Bytes payload;
     std::vector<wire::BlobRef> blobs;  // that it needs; wantBlobs() those that are not here
 };
+// Nobody waits for this attempt any more.
 struct JobCancelled {
     std::uint64_t job = 0;
     std::uint32_t attempt = 0;
@@ -72,6 +80,7 @@ using ServerEvent = std::variant<server_event::SessionStarted, server_event::Ses
                                  server_event::SwapRequested, server_event::BlobArrived, server_event::DigestAsked,
                                  server_event::ExplainAsked, server_event::JobOffered, server_event::JobCancelled>;
 
+// Who the server is, and how it finds its client: it waits, or dials.
 struct ServerNodeOptions {
     wire::Hello identity;  // name, build, type signature, GL and CPU; role and channel are set here
     LinkOptions link;

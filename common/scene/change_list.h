@@ -9,6 +9,7 @@
 
 namespace umbriel {
 
+// Elements first to first + count - 1 of an array.
 struct IndexRange {
     std::size_t first = 0;
     std::size_t count = 0;
@@ -39,12 +40,14 @@ struct MultiChange {
     IndexRanges touched;
 };
 
+// Which fields of a container changed.
 struct ContainerChange {
     ContainerId id;
     FieldMask fields = 0;             // single and multi fields that changed
     std::vector<MultiChange> multis;  // sorted by field; one for every multi field in the mask
 };
 
+// A container that is new. Its fields have their defaults until a change says otherwise.
 struct ContainerCreation {
     ContainerId id;
     std::uint32_t type = 0;  // TypeDescriptor::index

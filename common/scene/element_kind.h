@@ -17,6 +17,7 @@ enum class ElementKind : std::uint8_t {
 };
 inline constexpr std::uint32_t kElementKindCount = static_cast<std::uint32_t>(ElementKind::String) + 1;
 
+// What is the same for all fields whose elements are of a kind.
 struct ElementKindInfo {
     std::string_view name;
     std::uint32_t size;  // bytes per element in memory and on the wire; 0 for String

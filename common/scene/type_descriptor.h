@@ -43,6 +43,7 @@ struct FieldDescriptor {
 template <class T>
 inline constexpr char kTypeTag = 0;
 
+// A container type: its name, its fields in the order of their declaration, and how one is made.
 struct TypeDescriptor {
     std::string_view name;
     std::uint32_t index = 0;  // position in its registry; what travels on the wire

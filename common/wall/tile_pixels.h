@@ -40,6 +40,7 @@ struct TileLayer {
     std::vector<std::byte> pixels;                    // width * height * channels * bytesOf(components)
 };
 
+// The picture of one tile, all layers that were asked for.
 struct TilePixels {
     TileAssignment tile;
     std::vector<TileLayer> layers;

@@ -32,12 +32,14 @@ namespace umbriel::wire {
 
 inline constexpr std::uint64_t kMaxContainerId = (std::uint64_t{1} << 60) - 1;
 
+// How a change list is cut into messages and contents (bytes).
 struct EncodeOptions {
     bool includeUnshipped = false;           // types that stay on the client, too (from an import child process)
     std::size_t blobThreshold = 32 * 1024;   // multi fields of so many bytes, written as a whole, become blobs
     std::size_t maxPartBytes = 1024 * 1024;  // at least 512; one text alone may need up to kMaxTextBytes more
 };
 
+// A change list as messages carry it.
 struct EncodedChanges {
     std::vector<Bytes> parts;     // none when there is nothing to say
     std::size_t entries = 0;      // creations, changes and destructions of the list that are in

@@ -67,6 +67,7 @@ struct MessageRule {
 const MessageRule* ruleOf(std::uint8_t type);
 inline const MessageRule& ruleOf(MessageType type) { return *ruleOf(static_cast<std::uint8_t>(type)); }
 
+// What every message begins with; kHeaderBytes when encoded.
 struct Header {
     std::uint32_t length = 0;    // payload bytes that follow
     std::uint8_t type = 0;

@@ -35,6 +35,7 @@ struct ContextInfo {
 // One line per fact, for `umbriel doctor` and the server's hello.
 std::vector<std::string> report(const ContextInfo& info);
 
+// Which OpenGL a headless context draws with.
 struct ContextOptions {
     enum class Platform {
         Auto,         // surfaceless; when that draws in software although a GPU is there, the first GPU

@@ -69,6 +69,7 @@ class Renderbuffer : public ImageStorage<deleteRenderbuffer> {
     int _samples = 0;
 };
 
+// A sampler's parameters, in OpenGL's terms.
 struct SamplerOptions {
     GLenum minFilter = GL_LINEAR_MIPMAP_LINEAR;
     GLenum magFilter = GL_LINEAR;
