@@ -138,8 +138,8 @@ void FacingTest::clip(const ObjectFrustum& unclipped, const Box& box) {
 }
 
 FacingTest FacingTest::ofMap(const ShadowFit& fit, const glm::dmat4& worldFromObject, const Box& box, bool isMirrored) {
-    if (fit.mapSize == 0 || fit.perspective || fit.shape != ShadowShape::Single || isWarped(fit) || box.empty())
-        return {};
+    if (fit.mapSize == 0 || fit.perspective || fit.shape != ShadowShape::Single || box.empty()) return {};
+    if (isWarped(fit)) return ofWarpedMap(fit, worldFromObject, box, isMirrored);
     const glm::dmat4 clipFromObject = fit.clipFromWorld * worldFromObject;
     const glm::dvec4 x = row(clipFromObject, 0);
     const glm::dvec4 y = row(clipFromObject, 1);
@@ -152,6 +152,40 @@ FacingTest FacingTest::ofMap(const ShadowFit& fit, const glm::dmat4& worldFromOb
                          windowRounding(static_cast<std::int32_t>(fit.mapSize)), isMirrored);
     // Only across: depths beyond the map's are clamped.
     const glm::dvec4 side(0.0, 0.0, 0.0, (1.0 - kSafePixels / half) * w);
+    const glm::dvec4 everything(0.0, 0.0, 0.0, 1.0);
+    ObjectFrustum unclipped;
+    unclipped.planes = {side + x, side - x, side + y, side - y, everything, everything};
+    test.clip(unclipped, box);
+    return test;
+}
+
+FacingTest FacingTest::ofWarpedMap(const ShadowFit& fit, const glm::dmat4& worldFromObject, const Box& box,
+                                   bool isMirrored) {
+    const glm::dmat4 clipFromObject = fit.clipFromWorld * worldFromObject;
+    const glm::dvec4 x = row(clipFromObject, 0);
+    const glm::dvec4 y = row(clipFromObject, 1);
+    const glm::dvec4 w = row(clipFromObject, 3);
+    // Along the light none of the three changes; which side it is on, the middle of the map says for all of it.
+    const glm::dvec3 towards = glm::normalize(glm::cross(glm::dvec3(x), glm::dvec3(y)));
+    FacingTest test;
+    test._eye = isMirrored ? towards : -towards;
+    const glm::dmat3 across = acrossFromMap(fit, glm::dvec3(0.0));
+    const auto rounded = [&](const glm::dvec4& r) { return kProductRounding * glm::dot(glm::abs(r), reachOf(box)); };
+    const double pixels = windowRounding(static_cast<std::int32_t>(fit.mapSize)) * 2.0 / fit.mapSize;
+    // The largest texels lie at a corner, where w is the least.
+    for (const glm::dvec2& at : {glm::dvec2(-1, -1), {1, -1}, {-1, 1}, {1, 1}}) {
+        const double atW = 1.0 / (across * glm::dvec3(at, 1.0)).z;
+        if (!(atW > 0.0)) return {};
+        const glm::dvec3 perX = (glm::dvec3(x) - at.x * glm::dvec3(w)) / atW;
+        const glm::dvec3 perY = (glm::dvec3(y) - at.y * glm::dvec3(w)) / atW;
+        const glm::dmat3 inverse = glm::inverse(glm::transpose(glm::dmat3(perX, perY, towards)));
+        const double byProducts = std::hypot(rounded(x) + rounded(w), rounded(y) + rounded(w)) / atW;
+        // Of its own, a texel's longest diagonal may be longer within the map, though not by much.
+        test._moved = std::max(test._moved, 1.1 * stretchOf(inverse[0], inverse[1]) * (pixels + byProducts));
+    }
+    if (!std::isfinite(glm::length(test._eye) + test._moved)) return {};
+    test._kind = Kind::Direction;
+    const glm::dvec4 side = w * (1.0 - kSafePixels * 2.0 / fit.mapSize);
     const glm::dvec4 everything(0.0, 0.0, 0.0, 1.0);
     ObjectFrustum unclipped;
     unclipped.planes = {side + x, side - x, side + y, side - y, everything, everything};

@@ -31,7 +31,7 @@ class FacingTest {
     FacingTest() = default;
     // box: of the object, in its space. isMirrored: front faces are wound clockwise in the window.
     static FacingTest ofView(const View& view, const glm::dmat4& relativeFromObject, const Box& box, bool isMirrored);
-    // Nothing is known of maps of lights that stand somewhere, and of warped ones.
+    // Nothing is known of maps of lights that stand somewhere.
     static FacingTest ofMap(const ShadowFit& fit, const glm::dmat4& worldFromObject, const Box& box, bool isMirrored);
 
     // Whether all triangles in the box with these normals are culled. Not known of what may be clipped: pieces have
@@ -42,6 +42,8 @@ class FacingTest {
     // To x, y in pixels times w, and w. rounding: of these three.
     static FacingTest of(const glm::dmat4& windowFromObject, const glm::dvec3& rounding, double pixels,
                          bool isMirrored);
+    static FacingTest ofWarpedMap(const ShadowFit& fit, const glm::dmat4& worldFromObject, const Box& box,
+                                  bool isMirrored);
     // unclipped: what lies inside of it is not clipped.
     void clip(const ObjectFrustum& unclipped, const Box& box);
 
