@@ -396,10 +396,11 @@ int runRender(const RenderArguments& arguments, const std::filesystem::path& ser
         progress.step();
         return {};
     };
+    GeometryBounds bounds;  // of what stays the same from frame to frame
     for (std::uint64_t i = 0; i < arguments.frames; ++i) {
         const double time = static_cast<double>(i) / arguments.fps;
         player.advanceTo(time, scene);
-        auto views = resolveViews(scene, stage.window, setup->wall);
+        auto views = resolveViews(scene, stage.window, setup->wall, &bounds);
         if (!views) return exitCodeOf(views.error());
         for (const std::string& warning : views->warnings)
             if (warned.insert(warning).second) log::warning(warning);

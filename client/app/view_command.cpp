@@ -131,6 +131,7 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
     std::optional<CameraControl> camera;
     ShadowPanel panel(scene, stage.window, stage.viewport);
     HeldTiles held;
+    GeometryBounds bounds;  // of what stays the same from frame to frame
     std::set<std::string> warned;  // each thing once
     TimePoint titleTime = clock.now();
     std::uint64_t titleFrames = 0;
@@ -151,11 +152,11 @@ int runView(const ViewArguments& arguments, const std::filesystem::path& serverP
         if (camera) camera->apply(input, setup->wall);
         follow(input, panel);
         panel.show();
-        auto views = resolveViews(scene, stage.window, setup->wall);
+        auto views = resolveViews(scene, stage.window, setup->wall, &bounds);
         if (!views && panel.isOpen()) {
             panel.refuse(views.error().message);
             panel.show();
-            views = resolveViews(scene, stage.window, setup->wall);
+            views = resolveViews(scene, stage.window, setup->wall, &bounds);
         }
         if (!views) return exitCodeOf(views.error());
         for (const std::string& warning : views->warnings)
