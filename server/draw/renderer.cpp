@@ -103,6 +103,7 @@ class SceneRenderer final : public Renderer {
         if (auto checked = check(views, tiles); !checked) return checked.error();
         _tiles.assign(tiles.begin(), tiles.end());
         _shaders.setSamples(views.samples);
+        _shaders.setHalfColours(views.colourPrecision == ColourPrecision::Half);
         _pieces = piecesOf(_tiles, largestPiece());
         if (auto updated = _scene.update(scene); !updated) return updated.error();
         _lightNodes.clear();

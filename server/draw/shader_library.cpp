@@ -56,6 +56,7 @@ std::vector<gl::ShaderDefine> ShaderLibrary::definesOf(FeatureSet features) cons
 Result<const gl::Program*> ShaderLibrary::surface(FeatureSet features) {
     std::vector<gl::ShaderDefine> defines = definesOf(features);
     defines.push_back(including("REFLECTION_MODEL", reflectionSnippet(features)));
+    if (_halfColours) defines.push_back({"HALF_COLOURS"});
     const bool interpolates = has(features, Feature::VertexShading) && !has(features, Feature::VertexTable);
     defines.push_back(including("VERTEX_SHADING", interpolates ? kVertexShading : kPixelShading));
     return find({"stage/surface.vert.glsl", "stage/surface.frag.glsl", ""}, defines);
@@ -139,6 +140,7 @@ Result<const gl::Program*> ShaderLibrary::background(BackgroundKind kind) {
     std::vector<gl::ShaderDefine> defines;
     if (kind == BackgroundKind::Image) defines.push_back({"BACKGROUND_IMAGE"});
     if (kind == BackgroundKind::Environment) defines.push_back({"BACKGROUND_ENVIRONMENT"});
+    if (_halfColours) defines.push_back({"HALF_COLOURS"});
     return find({"stage/screen.vert.glsl", "stage/background.frag.glsl", ""}, defines);
 }
 

@@ -15,6 +15,8 @@ class ShaderLibrary {
  public:
     // Of the images that shadows are made in in the view, from now on.
     void setSamples(std::uint32_t samples) { _samples = samples; }
+    // Colours go into 16-bit floats: what such cannot hold must not become infinite, as blending makes NaN of that.
+    void setHalfColours(bool half) { _halfColours = half; }
     // Errors carry the driver's message; they are bugs of ours or of the driver.
     Result<const gl::Program*> surface(FeatureSet features);
     // Of a surface with VertexTable: what fills the table, a vertex stage alone.
@@ -57,6 +59,7 @@ class ShaderLibrary {
     std::vector<gl::ShaderDefine> withSamples(std::vector<gl::ShaderDefine> defines) const;
 
     std::uint32_t _samples = 1;
+    bool _halfColours = false;
     std::map<std::string, gl::Program> _programs;  // by stage and defines
 };
 

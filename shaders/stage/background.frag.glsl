@@ -1,4 +1,5 @@
 #include "snippet/frame.glsl"
+#include "snippet/held_colour.glsl"
 
 // Associated alpha, in whole-wall coordinates, so that tiles agree.
 layout(location = 0) uniform vec4 bottom;
@@ -27,4 +28,5 @@ void main() {
 #else
     colourOut = mix(bottom, top, place.y);
 #endif
+    colourOut.rgb = heldColour(colourOut.rgb);
 }

@@ -8,6 +8,7 @@
 #include "snippet/interpolated_shading.glsl"
 #include "snippet/fog.glsl"
 #include "snippet/surface_maps.glsl"
+#include "snippet/held_colour.glsl"
 
 layout(location = 0) out vec4 colourOut;  // associated alpha
 
@@ -93,7 +94,7 @@ void main() {
     radiance *= sharedTint(surface.relative, faceNormalWorld() * (gl_FrontFacing ? 1.0 : -1.0));
 #endif
 #endif
-    radiance = throughFog(radiance, surface.relative);
+    radiance = heldColour(throughFog(radiance, surface.relative));
 
 #if defined(FEATURE_ALPHA_BLEND)
     colourOut = vec4(radiance * base.a, base.a);
