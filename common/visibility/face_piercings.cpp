@@ -197,8 +197,7 @@ class Finder {
 
     void dropDoubles() {
         std::ranges::sort(_found);
-        const auto rest = std::ranges::unique(_found);
-        _found.erase(rest.begin(), rest.end());
+        _found.erase(std::unique(_found.begin(), _found.end()), _found.end());
     }
 
     // Pairs that may have to be tested: those that share a hub need not.
