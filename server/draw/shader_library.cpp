@@ -9,6 +9,9 @@ namespace {
 constexpr std::string_view kVertexShading = "snippet/vertex_shading.glsl";
 constexpr std::string_view kPixelShading = "snippet/vertex_shading_none.glsl";
 
+constexpr std::string_view kPassesConstants = "snippet/pass_constants.glsl";
+constexpr std::string_view kPassesNone = "snippet/pass_constants_none.glsl";
+
 // A file to be included by the name of a define.
 gl::ShaderDefine including(std::string name, std::string_view file) {
     return {std::move(name), '"' + std::string(file) + '"'};
@@ -59,6 +62,8 @@ Result<const gl::Program*> ShaderLibrary::surface(FeatureSet features) {
     if (_halfColours) defines.push_back({"HALF_COLOURS"});
     const bool interpolates = has(features, Feature::VertexShading) && !has(features, Feature::VertexTable);
     defines.push_back(including("VERTEX_SHADING", interpolates ? kVertexShading : kPixelShading));
+    const bool passes = has(features, Feature::PassedConstants);
+    defines.push_back(including("PASSED_CONSTANTS", passes ? kPassesConstants : kPassesNone));
     return find({"stage/surface.vert.glsl", "stage/surface.frag.glsl", ""}, defines);
 }
 
@@ -66,6 +71,7 @@ Result<const gl::Program*> ShaderLibrary::vertexTable(FeatureSet features) {
     std::vector<gl::ShaderDefine> defines = definesOf(features);
     defines.push_back(including("REFLECTION_MODEL", reflectionSnippet(features)));
     defines.push_back(including("VERTEX_SHADING", kVertexShading));
+    defines.push_back(including("PASSED_CONSTANTS", kPassesNone));
     return find({"stage/surface.vert.glsl", "", ""}, defines);
 }
 
@@ -84,6 +90,7 @@ Result<const gl::Program*> ShaderLibrary::layers(FeatureSet features, std::uint3
             if (layers & static_cast<std::uint32_t>(layer)) defines.push_back({name, std::to_string(location++)});
     }
     defines.push_back(including("VERTEX_SHADING", kPixelShading));
+    defines.push_back(including("PASSED_CONSTANTS", kPassesNone));
     return find({"stage/surface.vert.glsl", "stage/layers.frag.glsl", ""}, defines);
 }
 
@@ -108,6 +115,7 @@ Result<const gl::Program*> ShaderLibrary::darkness(FeatureSet features, std::uin
         bit(Feature::OneLight) | bit(Feature::TwoLights) | bit(Feature::ThreeLights) | bit(Feature::FourLights);
     defines.push_back({"LAYER_DARKNESS", std::to_string((features & kConstants) != 0 ? place : 0) + 'u'});
     defines.push_back(including("VERTEX_SHADING", kPixelShading));
+    defines.push_back(including("PASSED_CONSTANTS", kPassesNone));
     return find({"stage/surface.vert.glsl", "stage/layers.frag.glsl", ""}, defines);
 }
 

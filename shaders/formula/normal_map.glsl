@@ -21,3 +21,14 @@ FORMULA_FN Vec3 mappedNormal(Vec3 normal, Vec3 tangent, Real handedness, Vec3 ma
     Vec3 b = cross(n, t) * handedness;
     return normalizeOr(t * mapped.x + b * mapped.y + n * mapped.z, n);
 }
+
+// v in a right-handed frame whose z is `axis`, unit: how the others lie jumps where axis.z passes 0, and nowhere is there a
+// direction without a frame. (Duff et al., Building an orthonormal basis, revisited, JCGT 6/1, 2017.)
+FORMULA_FN Vec3 inFrameAlong(Vec3 axis, Vec3 v) {
+    Real side = axis.z < REAL(0.0) ? REAL(-1.0) : REAL(1.0);
+    Real a = REAL(-1.0) / (side + axis.z);
+    Real b = axis.x * axis.y * a;
+    Vec3 x = Vec3(REAL(1.0) + side * axis.x * axis.x * a, side * b, -side * axis.x);
+    Vec3 y = Vec3(b, side + axis.y * axis.y * a, -axis.y);
+    return Vec3(dot(x, v), dot(y, v), dot(axis, v));
+}

@@ -1,5 +1,13 @@
-#include "snippet/lights.glsl"
-#include "snippet/material.glsl"
+#include "formula/normal_map.glsl"
+#include "snippet/surface_colour.glsl"
+#include REFLECTION_MODEL
+#include "snippet/light_sum.glsl"
+
+// A normal whose squares float can hold.
+vec3 withinSquares(vec3 normal) {
+    float largest = max(max(abs(normal.x), abs(normal.y)), abs(normal.z));
+    return largest < 1e9 && largest > 1e-9 ? normal : normalizeOr(normal, vec3(0.0));
+}
 
 // Of the vertices: what snippet/passed_constants.glsl hands on. faceNormal: of the triangles that begin with the vertex, unit,
 // world axes.
@@ -15,6 +23,20 @@ void passConstants(vec3 relative, vec3 faceNormal) {
     passed.ambientShare = blockLights[0].light.ambientShare;
     passed.highlightShare = blockLights[0].light.highlightShare;
     passed.index = blockLights[0].light.index;
+    vec3 toLight = -blockLights[0].light.direction;
+#ifdef FEATURE_FIRST_VERTEX_NORMALS
+    passed.cosine = dot(faceNormal, toLight);
+    vec3 facing = passed.cosine < 0.0 ? -faceNormal : faceNormal;
+#endif
+#ifdef PASSES_MATT_LIGHT
+#ifdef FEATURE_VERTEX_NORMALS
+    passed.normalToLight = inFrameAlong(toLight, withinSquares(surface.normal));
+#endif
+    // Matt: the same from wherever the eye looks.
+    vec3 unshadowed = vec3(0.0);
+    passed.matt = lightTerm(lightAt(0), reflectionOf(material.baseColour.rgb, vec3(1.0)), relative, toLight, toLight,
+                            toLight, unshadowed);
+#endif
 #ifdef FEATURE_SHADOWS
     passed.clipFromRelative = shadowAt(0).clipFromRelative;
     passed.texelX = shadowAt(0).texelX;
@@ -42,10 +64,11 @@ void passConstants(vec3 relative, vec3 faceNormal) {
     passed.offsetY = shadowAt(0).offsetY;
     passed.depthPerMetre = shadowAt(0).depthPerMetre;
 #ifdef PASSES_SHADOW_PLACE
-    vec3 toLight = -blockLights[0].light.direction;
+    float perTexel = 2.0 / shadowAt(0).mapSize;
+    vec3 unwarp = shadowAt(0).unwarp;
+    passed.unwarpTexel = vec3(unwarp.xy * perTexel, unwarp.z + (unwarp.x + unwarp.y) * (0.5 * perTexel - 1.0));
     passed.linear = linearOnMap(shadowAt(0), relative, toLight);
-    passed.cosine = dot(faceNormal, toLight);
-    passed.bias = biasOfFace(shadowAt(0), relative, passed.cosine < 0.0 ? -faceNormal : faceNormal, toLight);
+    passed.bias = biasOfFace(shadowAt(0), relative, facing, toLight);
 #endif
 #endif
 }

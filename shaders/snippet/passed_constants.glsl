@@ -1,8 +1,9 @@
 // What is the same for all of a draw item, on its way from the vertices to the pixels. A renderer that gathers each number of a
 // uniform block for each pixel by itself (llvmpipe: 28 instructions, more than half of what a surface's pixel took) reads a
-// flat interpolant at once, and its vertices read a block as fast as any. Bits stay what they were. Only what a fragment
-// shader asks for is passed: linkers drop the rest. For items that one parallel light reaches, whose shadow is one map
-// (server/draw/gpu_scene.cpp): all of a shadow's records would not fit.
+// flat interpolant at once, and its vertices read a block as fast as any. Only what a fragment shader asks for is passed:
+// linkers drop the rest. Constants keep their bits on the way; places on maps and the light's cosine, interpolated instead of
+// computed, differ by rounding. For items that one parallel light reaches, whose shadow is one map (server/draw/gpu_scene.cpp):
+// all of a shadow's records would not fit.
 #ifdef FEATURE_PASSED_CONSTANTS
 #ifdef VERTEX_STAGE
 #define PASSED out
@@ -14,6 +15,14 @@
 #define PASSES_SHADOW_PLACE
 #ifdef READS_PASSED_CONSTANTS
 #define READS_SHADOW_PLACE
+#endif
+#endif
+// What a matt surface of one colour reflects of its light is that times the cosine which the light falls at.
+#if (defined(FEATURE_LAMBERT) || defined(FEATURE_MATT)) && !defined(FEATURE_VERTEX_COLOURS) && \
+    !defined(FEATURE_NORMAL_TEXTURE) && !defined(FEATURE_FLAT_MEAN) && !defined(FEATURE_LIGHT_AMBIENT)
+#define PASSES_MATT_LIGHT
+#ifdef READS_PASSED_CONSTANTS
+#define READS_MATT_LIGHT
 #endif
 #endif
 PASSED Constants {
@@ -28,6 +37,15 @@ PASSED Constants {
     flat vec3 ambientShare;
     flat vec3 highlightShare;
     flat uint index;
+#ifdef FEATURE_FIRST_VERTEX_NORMALS
+    flat float cosine;  // between the face's normal and the way to the light
+#endif
+#ifdef PASSES_MATT_LIGHT
+    flat vec3 matt;  // radiance of a texel of 1 where the light falls at right angles, before its shadow
+#ifdef FEATURE_VERTEX_NORMALS
+    vec3 normalToLight;  // the shading normal in axes of which z is the way to the light, of any length
+#endif
+#endif
 #ifdef FEATURE_SHADOWS
     flat mat4 clipFromRelative;  // as in GpuShadow
     flat vec3 texelX;
@@ -55,9 +73,9 @@ PASSED Constants {
     flat float offsetY;
     flat float depthPerMetre;
 #ifdef PASSES_SHADOW_PLACE
-    vec4 linear;         // of snippet/shadow_place.glsl
+    vec4 linear;          // of snippet/shadow_place.glsl
     flat vec4 bias;
-    flat float cosine;  // between the face's normal and the way to the light
+    flat vec3 unwarpTexel;  // what GpuShadow's unwarp is for (x, y, 1) of a texel's corner, at the texel's centre
 #endif
 #endif
 } passed;

@@ -226,7 +226,9 @@ ShadowPlace placeOnShadowMap(GpuShadow shadow, vec3 relative, vec3 normal, vec3 
 // What the map would hold at the nearest texel's centre for a surface that stays at the place's distance across the texel:
 // under a warp that is not what it would hold at the place itself.
 float storedAtNearest(GpuShadow shadow, ShadowPlace place) {
-#ifdef FEATURE_SHADOW_WARP
+#if defined(FEATURE_SHADOW_WARP) && defined(READS_SHADOW_PLACE)
+    return place.depth * dot(passed.unwarpTexel, vec3(floor(place.texel), 1.0));
+#elif defined(FEATURE_SHADOW_WARP)
     vec2 centre = (floor(place.texel) + 0.5) * (2.0 / shadow.mapSize) - 1.0;
     return place.depth * dot(shadow.unwarp, vec3(centre, 1.0));
 #else

@@ -22,7 +22,32 @@ vec3 shadingNormal(vec3 faceNormal, float side) {
 }
 
 #ifdef LIT
-#if defined(ANY_LIGHTS) && !defined(FEATURE_VERTEX_SHADING)
+#ifdef READS_MATT_LIGHT
+// Between the normal on the front and the way to the light.
+float mattCosine() {
+#if !defined(FEATURE_VERTEX_NORMALS) && defined(FEATURE_FIRST_VERTEX_NORMALS)
+    return passed.cosine;
+#elif !defined(FEATURE_VERTEX_NORMALS)
+    return dot(faceNormalWorld(), -passed.direction);
+#else
+    float squared = dot(passed.normalToLight, passed.normalToLight);
+#ifdef FEATURE_FIRST_VERTEX_NORMALS
+    float ofFace = passed.cosine;
+#else
+    float ofFace = -passed.direction.z;
+#endif
+    return squared > 1e-30 ? passed.normalToLight.z / sqrt(squared) : ofFace;
+#endif
+}
+
+void addMattLight(vec3 texel, float side, vec3 faceNormal, inout vec3 radiance) {
+    float cosine = mattCosine() * side;
+    // Where nothing arrives, no map needs to be asked.
+    if (cosine > 0.0)
+        radiance += passed.matt * texel * cosine *
+                    shadowTint(0u, lightAt(0u), surface.relative, faceNormal, -passed.direction);
+}
+#elif defined(ANY_LIGHTS) && !defined(FEATURE_VERTEX_SHADING)
 void addLight(uint i, Reflection reflection, vec3 place, vec3 normal, vec3 toEye, vec3 faceNormal,
               inout vec3 radiance) {
     GpuLight light = lightAt(i);
@@ -59,7 +84,9 @@ vec3 reflectedRadiance(vec3 factor, vec3 texel) {
 #ifdef FEATURE_ENVIRONMENT
     radiance += environmentSum(environmentShare(reflection), normal, toEye, occlusion);
 #endif
-#ifdef ANY_LIGHTS
+#if defined(READS_MATT_LIGHT)
+    addMattLight(texel, side, faceNormal, radiance);
+#elif defined(ANY_LIGHTS)
 #ifdef LIGHT_COUNT
     // Not a loop: every place in the block is a constant, whether or not a compiler unrolls.
     addLight(0u, reflection, place, normal, toEye, faceNormal, radiance);

@@ -4,9 +4,7 @@
 #include "snippet/surface_varyings.glsl"
 
 #include VERTEX_SHADING
-#ifdef FEATURE_PASSED_CONSTANTS
-#include "snippet/pass_constants.glsl"
-#endif
+#include PASSED_CONSTANTS
 
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
@@ -48,12 +46,10 @@ void main() {
     surface.faceNormal = faceNormal;
 #endif
     shadeVertex();
-#ifdef FEATURE_PASSED_CONSTANTS
 #ifdef FEATURE_WORLD_AXES
     passConstants(surface.relative, faceNormal);
 #else
     passConstants(surface.relative, normalizeOr(normalFromObject * faceNormal, vec3(0.0, 0.0, 1.0)));
-#endif
 #endif
 #ifdef FEATURE_UNWRAPPED
     gl_Position = frame.clipFromRelative * vec4(texCoords1, 0.0, 1.0);

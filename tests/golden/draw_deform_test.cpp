@@ -145,7 +145,8 @@ TEST_F(DeformTest, AtRestItIsTheGeometryItself) {
     const WallImage skinned = drawColour(shadowed());
     scene->edit(skinnedNode).set<&Node::visible>(false);
     node(placed(all, {0, 0, 0}), geometry(mesh, look));
-    EXPECT_EQ(differingPixels(skinned, drawColour(shadowed())), 0u);
+    // The light's cosine comes another way where vertices stay (shaders/snippet/passed_constants.glsl).
+    EXPECT_EQ(pixelsBeyondRounding(skinned, drawColour(shadowed())), 0u);
 }
 
 // Every tile, every layer and the shadow map see the same vertices.

@@ -45,6 +45,19 @@ inline std::size_t differingPixels(const WallImage& a, const WallImage& b) {
     return count;
 }
 
+// How many differ by more than a few roundings of floats around 1 do.
+inline std::size_t pixelsBeyondRounding(const WallImage& a, const WallImage& b) {
+    std::size_t count = 0;
+    const std::size_t pixels = a.values.size() / a.channels;
+    for (std::size_t i = 0; i < pixels; ++i) {
+        float most = 0.0f;
+        for (std::size_t c = 0; c < a.channels; ++c)
+            most = std::max(most, std::abs(a.values[i * a.channels + c] - b.values[i * a.channels + c]));
+        count += !(most <= 0x1p-20f);
+    }
+    return count;
+}
+
 // 8-bit sRGB, as pictures are compared.
 inline int encoded(float linear) {
     const double x = std::clamp(static_cast<double>(linear), 0.0, 1.0);

@@ -220,6 +220,19 @@ TEST(FormulaValues, WithoutAFrameTheNormalStands) {
     EXPECT_EQ(f::mappedNormal(dvec3(0), dvec3(0), 1, mapped, dvec3(0, 1, 0)), dvec3(0, 1, 0));
 }
 
+TEST(FormulaValues, FrameAlongAnAxisKeepsLengthsAnglesAndHands) {
+    for (const dvec3& axis : {dvec3(0, 0, 1), dvec3(0, 0, -1), dvec3(0.6, 0, 0.8), dvec3(0, -0.6, -0.8), dvec3(1, 0, 0),
+                              glm::normalize(dvec3(1e-9, 1e-9, -1)), glm::normalize(dvec3(3, -2, 1e-12))}) {
+        EXPECT_NEAR(glm::distance(f::inFrameAlong(axis, axis), dvec3(0, 0, 1)), 0, 1e-15);
+        const dvec3 u(1, 2, 3), v(-2, 0.5, 1);
+        const dvec3 inU = f::inFrameAlong(axis, u), inV = f::inFrameAlong(axis, v);
+        EXPECT_NEAR(inU.z, glm::dot(axis, u), 1e-15);
+        EXPECT_NEAR(glm::dot(inU, inU), 14, 1e-14);
+        EXPECT_NEAR(glm::dot(inU, inV), glm::dot(u, v), 1e-14);
+        EXPECT_NEAR(glm::distance(glm::cross(inU, inV), f::inFrameAlong(axis, glm::cross(u, v))), 0, 1e-14);
+    }
+}
+
 TEST(FormulaValues, ShadowFilterIsBilinearOverComparisons) {
     EXPECT_EQ(f::shadowCompare(0.5, 0.5), 1);
     EXPECT_EQ(f::shadowCompare(0.5, 0.6), 0);
