@@ -12,6 +12,11 @@ constexpr float kUnmarked = 2.0f;
 // Depths come from float matrices on the GPU.
 constexpr double kDepthMargin = 1e-5;
 
+// -1 and kCells: off the map.
+int cellOf(double place) {
+    return static_cast<int>(std::floor(std::clamp(place, -1.0, double{CasterMask::kCells})));
+}
+
 double crossOf(const glm::dvec2& o, const glm::dvec2& a, const glm::dvec2& b) {
     return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
 }
@@ -97,6 +102,33 @@ CasterMask::Placed CasterMask::place(const glm::dmat4& relativeFromObject) const
     return placed;
 }
 
+CasterMask::Range CasterMask::rangeBetween(const glm::dvec2& minimum, const glm::dvec2& maximum) {
+    const int left = cellOf(minimum.x);
+    const int right = cellOf(maximum.x);
+    const int bottom = cellOf(minimum.y);
+    const int top = cellOf(maximum.y);
+    return {.left = std::max(left, 0),
+            .right = std::min(right, kCells - 1),
+            .bottom = std::max(bottom, 0),
+            .top = std::min(top, kCells - 1),
+            .nearest = 1.0,
+            .farthest = -1.0,
+            .isWhole = left >= 0 && bottom >= 0 && right < kCells && top < kCells};
+}
+
+CasterMask::Range CasterMask::rangeOf(const Footprint& footprint, double dilation) {
+    glm::dvec2 minimum(1e300);
+    glm::dvec2 maximum(-1e300);
+    for (const glm::dvec2& point : footprint.points) {
+        minimum = glm::min(minimum, point);
+        maximum = glm::max(maximum, point);
+    }
+    Range range = rangeBetween(minimum - dilation, maximum + dilation);
+    range.nearest = footprint.nearest;
+    range.farthest = footprint.farthest;
+    return range;
+}
+
 CasterMask::Range CasterMask::rangeOf(const Box& box, const Placed& placed, double dilation) const {
     const glm::dmat4& map = placed.mapFromObject;
     const glm::dvec3 middle = box.centre();
@@ -104,20 +136,11 @@ CasterMask::Range CasterMask::rangeOf(const Box& box, const Placed& placed, doub
     const glm::dvec3 at(map * glm::dvec4(middle, 1.0));
     const glm::dvec3 around = glm::abs(glm::dvec3(map[0])) * half.x + glm::abs(glm::dvec3(map[1])) * half.y +
                               glm::abs(glm::dvec3(map[2])) * half.z;
-    const auto cell = [](double place) {
-        return static_cast<int>(std::floor(std::clamp(place, -1.0, double{kCells})));
-    };
-    const int left = cell(at.x - around.x - dilation);
-    const int right = cell(at.x + around.x + dilation);
-    const int bottom = cell(at.y - around.y - dilation);
-    const int top = cell(at.y + around.y + dilation);
-    return {.left = std::max(left, 0),
-            .right = std::min(right, kCells - 1),
-            .bottom = std::max(bottom, 0),
-            .top = std::min(top, kCells - 1),
-            .nearest = at.z + around.z,
-            .farthest = at.z - around.z,
-            .isWhole = left >= 0 && bottom >= 0 && right < kCells && top < kCells};
+    const glm::dvec2 reach = glm::dvec2(around) + dilation;
+    Range range = rangeBetween(glm::dvec2(at) - reach, glm::dvec2(at) + reach);
+    range.nearest = at.z + around.z;
+    range.farthest = at.z - around.z;
+    return range;
 }
 
 CasterMask::Footprint& CasterMask::footprintOf(std::span<const glm::dvec3> pointsRelative) const {
@@ -148,41 +171,25 @@ CasterMask::Footprint& CasterMask::footprintOf(std::span<const glm::dvec3> point
 // visit(y, from, to): cells of a row, both ends included; returns false to stop.
 template <class Visit>
 void CasterMask::visitRows(Footprint& footprint, double dilation, Visit&& visit) const {
-    glm::dvec2 minimum(0.0);
-    glm::dvec2 maximum(double{kCells});
     const bool everything = footprint.kind == Footprint::Kind::Everything;
-    if (!everything) {
-        minimum = glm::dvec2(1e300);
-        maximum = glm::dvec2(-1e300);
-        for (const glm::dvec2& point : footprint.points) {
-            minimum = glm::min(minimum, point);
-            maximum = glm::max(maximum, point);
-        }
-    }
-    const auto cell = [](double place) {
-        return static_cast<int>(std::floor(std::clamp(place, -1.0, double{kCells})));
-    };
-    const int left = std::max(cell(minimum.x - dilation), 0);
-    const int right = std::min(cell(maximum.x + dilation), kCells - 1);
-    const int bottom = std::max(cell(minimum.y - dilation), 0);
-    const int top = std::min(cell(maximum.y + dilation), kCells - 1);
-    // Of a few cells the hull leaves out less than finding it costs.
-    const bool precise = !everything && right - left > 4 && top - bottom > 4;
+    const Range range =
+        everything ? rangeBetween(glm::dvec2(0.0), glm::dvec2(double{kCells})) : rangeOf(footprint, dilation);
+    const bool precise = !everything && !range.isFew();
     if (precise) {
         convexHull(footprint.points, footprint.hull);
-        footprint.ranges.assign(static_cast<std::size_t>(top - bottom + 1), {1e300, -1e300});
+        footprint.ranges.assign(static_cast<std::size_t>(range.top - range.bottom + 1), {1e300, -1e300});
         for (std::size_t i = 0; i < footprint.hull.size(); ++i)
-            addEdge(footprint.ranges, bottom, footprint.hull[i], footprint.hull[(i + 1) % footprint.hull.size()],
+            addEdge(footprint.ranges, range.bottom, footprint.hull[i], footprint.hull[(i + 1) % footprint.hull.size()],
                     dilation);
     }
-    for (int y = bottom; y <= top; ++y) {
-        int from = left;
-        int to = right;
+    for (int y = range.bottom; y <= range.top; ++y) {
+        int from = range.left;
+        int to = range.right;
         if (precise) {
-            const auto [first, last] = footprint.ranges[static_cast<std::size_t>(y - bottom)];
+            const auto [first, last] = footprint.ranges[static_cast<std::size_t>(y - range.bottom)];
             if (first > last) continue;
-            from = std::max(cell(first - dilation), left);
-            to = std::min(cell(last + dilation), right);
+            from = std::max(cellOf(first - dilation), range.left);
+            to = std::min(cellOf(last + dilation), range.right);
         }
         if (from <= to && !visit(y, from, to)) return;
     }
@@ -254,14 +261,17 @@ void CasterMask::addReceiver(const Box& box, const glm::dmat4& relativeFromObjec
                              bool isInside) {
     if (box.empty()) return;
     if (isInside) return addReceiver(box, place(relativeFromObject));
-    addReceiver(hullOfIntersection(box, relativeFromObject, frustum));
+    std::vector<glm::dvec3> points;
+    hullOfIntersection(box, relativeFromObject, frustum, points);
+    addReceiver(points);
 }
 
 CasterMask::Casting CasterMask::castingWithin(const Box& box, const Placed& placed) const {
     if (box.empty() || empty()) return Casting::False;
     if (_isEverything) return Casting::True;
-    if (!_isParallel) return casts(box, placed) ? Casting::Unknown : Casting::False;
-    const Range range = rangeOf(box, placed, 0.0);
+    if (!_isParallel && footprintOf(cornersRelative(box, placed.relativeFromObject)).kind != Footprint::Kind::Projected)
+        return _footprint.kind == Footprint::Kind::Nothing ? Casting::False : Casting::Unknown;
+    const Range range = _isParallel ? rangeOf(box, placed, 0.0) : rangeOf(_footprint, 0.0);
     bool anyMet = false;
     bool allMet = range.isWhole;
     for (int y = range.bottom; y <= range.top; ++y) {
@@ -297,7 +307,14 @@ bool CasterMask::casts(const Box& box, const Placed& placed) const {
     Footprint& footprint = footprintOf(cornersRelative(box, placed.relativeFromObject));
     if (footprint.kind == Footprint::Kind::Nothing) return false;
     const double nearest = footprint.kind == Footprint::Kind::Everything ? 1.0 : footprint.nearest + kDepthMargin;
-    bool found = false;
+    // Mostly a corner says it, and no hull is needed.
+    bool found = std::any_of(footprint.points.begin(), footprint.points.end(), [&](const glm::dvec2& corner) {
+        const int x = cellOf(corner.x);
+        const int y = cellOf(corner.y);
+        return footprint.kind == Footprint::Kind::Projected && x >= 0 && y >= 0 && x < kCells && y < kCells &&
+               isMet(y, x, x, nearest);
+    });
+    if (found) return true;
     visitRows(footprint, 0.0, [&](int y, int from, int to) {
         found = isMet(y, from, to, nearest);
         return !found;

@@ -68,6 +68,9 @@ class CasterMask {
         // Of a few cells the hull leaves out less than finding it costs.
         bool isFew() const { return right - left <= 4 || top - bottom <= 4; }
     };
+    static Range rangeBetween(const glm::dvec2& minimum, const glm::dvec2& maximum);
+    // Of a projected one.
+    static Range rangeOf(const Footprint& footprint, double dilation);
     // On a plain map of parallel light.
     Range rangeOf(const Box& box, const Placed& placed, double dilation) const;
     // Valid until the next call: there are thousands a frame, which share their memory.

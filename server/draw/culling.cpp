@@ -10,6 +10,30 @@ glm::dvec4 row(const glm::dmat4& matrix, int index) {
 // Corner i of a box takes the maximum of axis k where bit k of i is set.
 constexpr int kBoxFaces[6][4] = {{0, 2, 6, 4}, {1, 5, 7, 3}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 1, 3, 2}, {4, 6, 7, 5}};
 
+// A face of a box that planes have cut. Rounding may bend it, so that a plane adds a corner for every edge it cuts.
+struct FacePolygon {
+    std::array<glm::dvec3, 32> points;
+    std::ptrdiff_t size = 0;
+
+    void add(const glm::dvec3& point) {
+        if (size < static_cast<std::ptrdiff_t>(points.size())) points[static_cast<std::size_t>(size++)] = point;
+    }
+};
+
+// What lies on the inner side of a plane.
+FacePolygon clipped(const FacePolygon& polygon, const Plane& plane) {
+    FacePolygon inner;
+    for (std::ptrdiff_t i = 0; i < polygon.size; ++i) {
+        const glm::dvec3& a = polygon.points[static_cast<std::size_t>(i)];
+        const glm::dvec3& b = polygon.points[static_cast<std::size_t>((i + 1) % polygon.size)];
+        const double da = glm::dot(glm::dvec3(plane), a) + plane.w;
+        const double db = glm::dot(glm::dvec3(plane), b) + plane.w;
+        if (da >= 0.0) inner.add(a);
+        if ((da >= 0.0) != (db >= 0.0)) inner.add(a + (b - a) * (da / (da - db)));
+    }
+    return inner;
+}
+
 }  // namespace
 
 std::array<glm::dvec3, 8> Box::corners() const {
@@ -114,23 +138,9 @@ bool ObjectFrustum::isBeyondNear(const Box& box) const {
     return nearest >= 0.0;
 }
 
-void clipPolygon(std::vector<glm::dvec3>& polygon, const Plane& plane) {
-    std::vector<glm::dvec3> result;
-    result.reserve(polygon.size() + 1);
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-        const glm::dvec3& a = polygon[i];
-        const glm::dvec3& b = polygon[(i + 1) % polygon.size()];
-        const double da = glm::dot(glm::dvec3(plane), a) + plane.w;
-        const double db = glm::dot(glm::dvec3(plane), b) + plane.w;
-        if (da >= 0.0) result.push_back(a);
-        if ((da >= 0.0) != (db >= 0.0)) result.push_back(a + (b - a) * (da / (da - db)));
-    }
-    polygon = std::move(result);
-}
-
-std::vector<glm::dvec3> hullOfIntersection(const Box& box, const glm::dmat4& relativeFromObject,
-                                           const Frustum& frustum) {
-    std::vector<glm::dvec3> points;
+void hullOfIntersection(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum,
+                        std::vector<glm::dvec3>& points) {
+    points.clear();
     std::array<glm::dvec3, 8> corners = box.corners();
     for (glm::dvec3& corner : corners) corner = glm::dvec3(relativeFromObject * glm::dvec4(corner, 1.0));
     // The planes that cut it.
@@ -139,17 +149,17 @@ std::vector<glm::dvec3> hullOfIntersection(const Box& box, const glm::dmat4& rel
         const Plane& plane = frustum.planes[i];
         std::size_t inside = 0;
         for (const glm::dvec3& corner : corners) inside += glm::dot(glm::dvec3(plane), corner) + plane.w >= 0.0;
-        if (inside == 0) return points;
+        if (inside == 0) return;
         isCut[i] = inside < corners.size();
     }
-    std::vector<glm::dvec3> polygon;
     for (const auto& face : kBoxFaces) {
-        polygon.assign({corners[face[0]], corners[face[1]], corners[face[2]], corners[face[3]]});
-        for (std::size_t i = 0; i < isCut.size() && !polygon.empty(); ++i)
-            if (isCut[i]) clipPolygon(polygon, frustum.planes[i]);
-        points.insert(points.end(), polygon.begin(), polygon.end());
+        FacePolygon polygon;
+        for (const int corner : face) polygon.add(corners[static_cast<std::size_t>(corner)]);
+        for (std::size_t i = 0; i < isCut.size() && polygon.size > 0; ++i)
+            if (isCut[i]) polygon = clipped(polygon, frustum.planes[i]);
+        points.insert(points.end(), polygon.points.begin(), polygon.points.begin() + polygon.size);
     }
-    if (!isCut[4]) return points;
+    if (!isCut[4]) return;
     // A corner of the frustum inside the box is a vertex of the intersection that no face of the box shows.
     const glm::dmat4 objectFromRelative = glm::inverse(relativeFromObject);
     for (const glm::dvec3& corner : frustum.nearCorners) {
@@ -158,7 +168,6 @@ std::vector<glm::dvec3> hullOfIntersection(const Box& box, const glm::dmat4& rel
             glm::all(glm::lessThanEqual(object, glm::dvec3(box.maximum))))
             points.push_back(corner);
     }
-    return points;
 }
 
 }  // namespace umbriel

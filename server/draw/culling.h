@@ -66,12 +66,9 @@ struct ObjectFrustum {
     std::array<Plane, 6> planes{};
 };
 
-// The part of a convex polygon on the inner side of a plane.
-void clipPolygon(std::vector<glm::dvec3>& polygon, const Plane& plane);
-
 // Points whose convex hull contains the intersection of a box (placed by relativeFromObject) with the frustum; none
-// when they do not meet.
-std::vector<glm::dvec3> hullOfIntersection(const Box& box, const glm::dmat4& relativeFromObject,
-                                           const Frustum& frustum);
+// when they do not meet. They replace those in `points`: thousands of boxes a frame share its memory.
+void hullOfIntersection(const Box& box, const glm::dmat4& relativeFromObject, const Frustum& frustum,
+                        std::vector<glm::dvec3>& points);
 
 }  // namespace umbriel

@@ -114,6 +114,7 @@ DrawList listVisible(const ViewScene& scene, const Frustum& frustum) {
 void markReceivers(const ViewScene& scene, const Frustum& frustum, std::span<CasterMask> masks) {
     std::vector<CasterMask::Placed> placed(masks.size());  // the item at hand
     std::uint32_t placedItem = UINT32_MAX;
+    std::vector<glm::dvec3> points;
     const auto mark = [&](std::uint32_t number, const Box& box, bool isInside) {
         const SurfaceItem& item = scene.items[number];
         if (!has(item.features, Feature::Shadows) && !has(item.layerFeatures, Feature::Shadows)) return;
@@ -121,8 +122,7 @@ void markReceivers(const ViewScene& scene, const Frustum& frustum, std::span<Cas
             placedItem = number;
             for (std::size_t i = 0; i < masks.size(); ++i) placed[i] = masks[i].place(item.relativeFromObject);
         }
-        std::vector<glm::dvec3> points;
-        if (!isInside) points = hullOfIntersection(box, item.relativeFromObject, frustum);
+        if (!isInside) hullOfIntersection(box, item.relativeFromObject, frustum, points);
         for (std::size_t i = 0; i < masks.size(); ++i) {
             if (masks[i].casters() == ShadowCasters::Fixed && item.isInLightMap) continue;
             if (isInside)
