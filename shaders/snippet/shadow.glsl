@@ -57,7 +57,7 @@ float shadowFactor_hemispheres(uint shadow, vec3 relative, vec3 normal, vec3 toL
 #endif
 
 bool isTurnedAway(vec3 normal, vec3 toLight) {
-#if defined(READS_PASSED_CONSTANTS) && defined(FEATURE_FIRST_VERTEX_NORMALS)
+#ifdef READS_SHADOW_PLACE
     return gl_FrontFacing ? passed.cosine < 0.0 : passed.cosine > 0.0;
 #else
     return dot(normal, toLight) < 0.0;
