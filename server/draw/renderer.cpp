@@ -55,10 +55,13 @@ ViewDemand demandOf(const Aspect& scene, const ViewScene& view) {
             ++shadow.casters;
             if (item.casterFeatures != 0) ++shadow.maskedCasters;
         }
+        demand.copiedMaps = demand.copiedMaps || shadow.demand.boundsBlock > 0;
         demand.shadows.push_back(shadow);
     }
-    demand.copiedMaps = std::any_of(view.lights.runs.begin(), view.lights.runs.end(),
-                                    [](const LightList::Run& run) { return has(run.features, Feature::ShadowCopy); });
+    demand.copiedMaps = demand.copiedMaps ||
+                        std::any_of(view.lights.runs.begin(), view.lights.runs.end(), [](const LightList::Run& run) {
+                            return has(run.features, Feature::ShadowCopy);
+                        });
     if (view.lightMap) demand.lightMap = {view.lightMap->pageSize(), view.lightMap->layers(), view.lightMap->bytes()};
     demand.screen = view.screen;
     demand.show = view.viewport->show;

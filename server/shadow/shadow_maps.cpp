@@ -7,7 +7,7 @@
 namespace umbriel {
 namespace {
 
-// As in shaders/snippet/shadow_filter.glsl.
+// As in shaders/snippet/shadow_filter.glsl and stage/shadow_tiles.frag.glsl.
 constexpr GLuint kCopyImageUnit = 0;
 
 }  // namespace
@@ -124,7 +124,7 @@ Result<void> ShadowMaps::fillBounds(std::uint32_t layer, const ShadowFit& fit, S
     const auto tiles = static_cast<GLsizei>(tilesAlong());
     glBindFramebuffer(GL_FRAMEBUFFER, _tilesFramebuffer.id());
     glViewport(0, 0, tiles, tiles);
-    glBindTextureUnit(0, _texture.id());
+    glBindImageTexture(kCopyImageUnit, _copyTexture.id(), 0, GL_TRUE, 0, GL_READ_ONLY, GL_R32F);
     auto filled =
         painter.fill("stage/shadow_tiles.frag.glsl", {static_cast<int>(layer), 0, static_cast<int>(fit.mapSize), 0});
     if (!filled) return filled;

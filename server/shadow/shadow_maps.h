@@ -23,9 +23,10 @@ inline constexpr std::uint64_t kLargestCopyTexels = std::uint64_t{1} << 27;
 class ShadowMaps {
  public:
     // Makes room for that many maps, and bounds of their blocks of boundsBlock x boundsBlock texels
-    // (stage/shadow_bounds.frag.glsl; a multiple of 4) (0: none). copies: depths are kept in a buffer, too, layer after
-    // layer, row after row: a software renderer finds a texel's address there at a fraction of what it costs in an
-    // array of images. True when maps drawn before are gone. Errors: the driver's limits, out of memory.
+    // (stage/shadow_bounds.frag.glsl; a multiple of 4) (0: none), which are found in copies. copies: depths are kept in
+    // a buffer, too, layer after layer, row after row: a software renderer finds a texel's address there at a fraction
+    // of what it costs in an array of images. True when maps drawn before are gone. Errors: the driver's limits, out of
+    // memory.
     Result<bool> reserve(std::uint32_t mapSize, std::uint32_t layers, std::uint32_t boundsBlock, bool copies);
 
     // Starts drawing casters into a layer: clears it and sets viewport, scissor (texels that will be sampled), depth
